@@ -1,0 +1,80 @@
+"""The blocks on a Dask cluster of real worker processes."""
+
+import os
+import signal
+import threading
+import time
+
+import pandas as pd
+import pytest
+from small_study import GEOMETRY, write
+from test_monte_carlo import assert_bitwise_equal
+
+from tolmc import monte_carlo
+from tolmc.errors import ClusterError
+from tolmc.monte_carlo import resume, run
+from tolmc.study import load_study
+from tolmc.workers import crew
+
+distributed = pytest.importorskip("dask.distributed")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    with distributed.LocalCluster(**options, local_directory=str(tmp_path / "dask")) as started:
+        yield started
+
+
+def test_the_numbers_are_those_of_a_local_run(tmp_path, cluster):
+    study = load_study(write(tmp_path)).replaced(samples=3000)
+    result = run(study, out=tmp_path / "run", cluster=cluster.scheduler_address)
+    assert_bitwise_equal(result.samples, run(study).samples)
+    longer = resume(tmp_path / "run", extend=500, cluster=cluster.scheduler_address)
+    assert_bitwise_equal(longer.samples, run(study.replaced(samples=3500)).samples)
+
+
+def test_a_killed_worker_loses_nothing(tmp_path, cluster, monkeypatch):
+    study = load_study(write(tmp_path, ('duration = "0.1 s"', 'duration = "2 s"'))).replaced(samples=30_000)
+    monkeypatch.setattr(monte_carlo, "LARGEST_BLOCK", 512)
+    out, killed = tmp_path / "run", []
+
+    def kill_one():
+        while len(list(out.glob("blocks/0*.parquet"))) < 5:
+            time.sleep(0.01)
+        killed.append(next(iter(cluster.workers.values())).pid)
+        os.kill(killed[0], signal.SIGKILL)
+
+    assassin = threading.Thread(target=kill_one)
+    assassin.start()
+    result = run(study, out=out, cluster=cluster.scheduler_address)
+    assassin.join()
+    assert killed
+    assert_bitwise_equal(pd.read_parquet(out / "samples.parquet"), run(study).samples)
+    assert result.statuses["count"].sum() == 30_000
+
+
+def dies(value):
+    if value == 3:
+        os._exit(1)
+    return value
+
+
+def test_a_block_that_kills_its_workers_ends_the_run(cluster):
+    with crew(2, cluster.scheduler_address) as workers, pytest.raises(ClusterError, match="gave a block up"):
+        list(workers.map(dies, ((value,) for value in range(6))))
+
+
+def test_a_cluster_that_cannot_be_used_is_refused(tmp_path):
+    study = load_study(write(tmp_path, *GEOMETRY))
+    with pytest.raises(ClusterError, match="does not answer"):
+        run(study, out=tmp_path / "run", cluster="tcp://127.0.0.1:1")
+    assert not (tmp_path / "run").exists()
+    with (
+        distributed.LocalCluster(n_workers=0, dashboard_address=None) as empty,
+        pytest.raises(ClusterError, match="no workers"),
+        crew(2, empty.scheduler_address),
+    ):
+        pass

@@ -1,0 +1,186 @@
+"""The compiled code itself: packed instructions, a cache that is never stale, and the Runge-Kutta formulas."""
+
+import inspect
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import numba as nb
+import numpy as np
+import pytest
+from scipy.integrate._ivp import dop853_coefficients as dop853
+
+import tolmc.kernels
+from tolmc.kernels import ensemble, jit, runge_kutta
+from tolmc.kernels.runge_kutta import CLASSICAL, DORMAND_PRINCE, TABLEAUX
+
+SOURCES = Path(tolmc.kernels.__file__).parent
+FLAGS = ("general", "axial", "exact", "rk4", "load", "forces")
+every_tableau = pytest.mark.parametrize("tableau", TABLEAUX.values(), ids=TABLEAUX)
+
+
+# Packed instructions
+
+
+def step_instructions(present):
+    """How often each kind of arithmetic instruction stands in the machine code of a step, packed and scalar.
+
+    The step is compiled afresh with the flags ``present``: Numba shows no code that comes from its cache.
+    """
+    step = ensemble._step.py_func
+    types = [
+        (nb.int64 if name in present else nb.none) if name in FLAGS else nb.float64[::1]
+        for name in inspect.signature(step).parameters
+    ]
+    compiled = nb.njit(**jit._OPTIONS)(step)
+    compiled.compile(tuple(types))
+    (code,) = compiled.inspect_asm().values()
+    counts = Counter()
+    for name, form, register in re.findall(r"^\s+v(fn?m\w+?|div|sqrt|mul)(pd|sd)\s.*?%([xyz]mm)", code, re.MULTILINE):
+        packed = form == "pd" and register != "xmm"
+        counts["multiply-add" if name.startswith("f") else name, packed] += 1
+    return counts
+
+
+@pytest.mark.skipif(
+    platform.machine() not in ("x86_64", "AMD64") or not llvm.get_host_cpu_features().get("avx2"),
+    reason="counts the vector instructions of x86-64 with AVX2 or more",
+)
+@pytest.mark.parametrize(
+    "present",
+    [
+        (), ("load", "forces"), ("axial", "load", "forces"), ("general", "load", "forces"), ("exact", "load", "forces"),
+        pytest.param(("exact", "general", "load", "forces"), marks=pytest.mark.slow),
+        pytest.param(("rk4", "load", "forces"), marks=pytest.mark.slow),
+    ],
+    ids=" ".join,
+)  # fmt: skip
+def test_the_loops_over_lanes_are_packed(present):
+    """Every packed loop keeps one scalar copy, for arrays that overlap; where there is only that one, lanes are not packed."""
+    counts = step_instructions(present)
+    for name, share in (("div", 1.0), ("sqrt", 1.0), ("mul", 0.7), ("multiply-add", 0.9)):
+        assert counts[name, True] > 0, name
+        assert counts[name, True] >= share * counts[name, False], (name, counts)
+
+
+# The cache
+
+
+def test_the_cache_moves_when_any_kernel_source_changes(tmp_path):
+    copy = tmp_path / "kernels"
+    shutil.copytree(SOURCES, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    before = jit.source_hash(copy)
+    assert before == jit.source_hash(SOURCES)
+    assert jit.cache_directory().name == f"numba-{before}"
+    seen = {before}
+    files = sorted(copy.glob("*.py"))
+    assert {"ensemble.py", "jit.py", "parameters.py", "runge_kutta.py"} <= {file.name for file in files}
+    for file in files:
+        source = file.read_text()
+        file.write_text(source + "# changed\n")
+        seen.add(jit.source_hash(copy))
+        file.write_text(source)
+        assert jit.source_hash(copy) == before
+    (copy / "new.py").write_text("")
+    seen.add(jit.source_hash(copy))
+    assert len(seen) == len(files) + 2
+
+
+def test_the_place_of_the_cache_can_be_chosen(monkeypatch, tmp_path):
+    monkeypatch.setenv("TOLMC_CACHE_DIR", str(tmp_path))
+    assert jit.cache_directory() == tmp_path / f"numba-{jit.source_hash()}"
+
+
+def test_an_edit_of_a_helper_reaches_its_callers(tmp_path):
+    """A package with a helper in one file and an entry point in another, compiled, cached, edited, run again."""
+    package = tmp_path / "toy"
+    package.mkdir()
+    shutil.copy(SOURCES / "jit.py", package / "jit.py")
+    (package / "__init__.py").touch()
+    (package / "entry.py").write_text(
+        "from toy.helper import helper\nfrom toy.jit import kernel\n\n\n@kernel\ndef entry(x):\n    return helper(x)\n"
+    )
+
+    def result(factor):
+        (package / "helper.py").write_text(
+            f"from toy.jit import device\n\n\n@device\ndef helper(x):\n    return {factor} * x\n"
+        )
+        program = "from toy.entry import entry; print(entry(1.0), sum(entry.stats.cache_hits.values()))"
+        answer = subprocess.run(
+            [sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, text=True
+        )
+        return answer.stdout.split()
+
+    assert result(2.0) == ["2.0", "0"]
+    assert result(2.0) == ["2.0", "1"]
+    assert result(3.0) == ["3.0", "0"]
+
+
+def test_numbas_own_setting_is_left_alone():
+    assert str(jit.cache_directory()) != nb.config.CACHE_DIR
+
+
+# Runge-Kutta formulas
+
+
+@every_tableau
+def test_quadrature_conditions(tableau):
+    """sum b_i c_i^k = 1/(k + 1) for k < order."""
+    c = tableau.matrix.sum(axis=1)
+    for k in range(tableau.order):
+        assert tableau.b @ c**k == pytest.approx(1 / (k + 1), abs=1e-14)
+
+
+@every_tableau
+def test_order_on_a_linear_equation(tableau):
+    """b A^(k-1) 1 = 1/k! for k <= order: exact for y' = y up to that power."""
+    vector, factorial = np.ones(tableau.stages), 1.0
+    for k in range(1, tableau.order + 1):
+        factorial *= k
+        assert tableau.b @ vector == pytest.approx(1 / factorial, abs=1e-14)
+        vector = tableau.matrix @ vector
+
+
+def test_coefficients_are_those_of_scipy():
+    np.testing.assert_allclose(DORMAND_PRINCE.matrix, dop853.A[:12, :12], rtol=1e-15)
+    np.testing.assert_allclose(DORMAND_PRINCE.b, dop853.B, rtol=1e-15)
+    np.testing.assert_allclose(DORMAND_PRINCE.matrix.sum(axis=1), dop853.C[:12], atol=1e-14)
+
+
+@every_tableau
+def test_explicit_and_sampled_from_start_to_end(tableau):
+    assert (np.triu(tableau.matrix) == 0).all()
+    assert tableau.positions[0] == 0
+    assert tableau.positions[-1] == 1
+    assert (np.diff(tableau.positions) > 0).all()
+    nodes = [*tableau.matrix.sum(axis=1), 0.5, 1.0]
+    np.testing.assert_allclose(tableau.positions, [nodes[row] for row in tableau.samples], atol=1e-14)
+
+
+def test_the_midpoint_is_of_third_order():
+    """sum b_i c_i^k = 2^-(k+1)/(k + 1) for k < 3, and for b A c as well."""
+    b = np.array([CLASSICAL.midpoint.get(i, 0.0) for i in range(CLASSICAL.stages)])
+    c = CLASSICAL.matrix.sum(axis=1)
+    for k in range(3):
+        assert b @ c**k == pytest.approx(0.5 ** (k + 1) / (k + 1), abs=1e-15)
+    assert b @ CLASSICAL.matrix @ c == pytest.approx(0.5**3 / 6, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("tableau", "argument"),
+    [(CLASSICAL, runge_kutta.stage_argument_rk4), (DORMAND_PRINCE, runge_kutta.stage_argument_rk8)],
+    ids=["rk4", "rk8"],
+)
+def test_stage_arguments_are_rows_of_the_tableau(tableau, argument):
+    size = 12
+    rng = np.random.default_rng(1)
+    y, k = rng.normal(size=size), rng.normal(size=(tableau.stages, size))
+    out = np.empty(size)
+    for stage, row in enumerate([*tableau.matrix, tableau.b]):
+        argument(stage, y, k.ravel(), out, size)
+        np.testing.assert_allclose(out, y + row @ k, rtol=0, atol=1e-13)

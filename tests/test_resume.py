@@ -1,0 +1,141 @@
+"""Real processes of the command, really killed at random times."""
+
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import pandas as pd
+import pytest
+from small_study import write
+from test_monte_carlo import assert_bitwise_equal
+
+RESULTS = ("samples.parquet", "summary.csv", "requirements.csv")
+
+# Some two seconds of work in many blocks, so that most kills fall into it.
+SAMPLES = 30_000
+LONGER = ('duration = "0.1 s"', 'duration = "3 s"')
+
+
+def start(*arguments, **options):
+    command = [sys.executable, "-c", "from tolmc.cli import main; main()", "run", *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory):
+    """The study, its run without a stop, and how long the command took for it."""
+    folder = tmp_path_factory.mktemp("reference")
+    study = write(folder, LONGER)
+    start(study, "--samples", 10, "--out", folder / "compiled").communicate()
+    began = time.monotonic()
+    process = start(study, "--samples", SAMPLES, "--out", folder / "run")
+    _, errors = process.communicate()
+    assert process.returncode == 0, errors
+    return study, folder / "run", time.monotonic() - began
+
+
+def assert_equal_to(reference, out):
+    for name in RESULTS:
+        assert (out / name).read_bytes() == (reference / name).read_bytes(), name
+    assert_bitwise_equal(pd.read_parquet(out / "samples.parquet"), pd.read_parquet(reference / "samples.parquet"))
+    assert json.loads((out / "run.json").read_text())["state"] == "complete"
+    assert not (out / "blocks").exists()
+
+
+def run_under_kills(study, out, duration, chance):
+    """Start, kill and go on until a process gets through: the number of kills, and how long the last one took."""
+    kills = 0
+    while True:
+        begun = (out / "run.json").exists()
+        process = start("--resume", out) if begun else start(study, "--samples", SAMPLES, "--out", out)
+        began = time.monotonic()
+        try:
+            # Later starts have less to do and must be allowed to come as far as the last writes.
+            _, errors = process.communicate(timeout=chance.uniform(0.3, 1.05) * duration)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            assert process.returncode == -signal.SIGKILL
+            kills += 1
+            continue
+        assert process.returncode == 0, errors
+        return kills, time.monotonic() - began
+
+
+def survive(reference, folder, wanted, seed):
+    study, expected, duration = reference
+    chance, kills, runs = random.Random(seed), 0, 0
+    while kills < wanted:
+        out = folder / f"run{runs}"
+        killed, lasted = run_under_kills(study, out, duration, chance)
+        if killed == 0:
+            duration = min(duration, lasted)  # the machine is faster than when the reference ran
+        kills, runs = kills + killed, runs + 1
+        assert_equal_to(expected, out)
+    return kills
+
+
+def test_a_run_survives_kills(reference, tmp_path):
+    assert survive(reference, tmp_path, 3, seed=1) >= 3
+
+
+@pytest.mark.slow
+def test_a_run_survives_fifty_kills(reference, tmp_path):
+    assert survive(reference, tmp_path, 50, seed=2) >= 50
+
+
+def test_ctrl_c_keeps_what_is_finished(reference, tmp_path):
+    study, expected, _ = reference
+    out = tmp_path / "run"
+    process = start(study, "--samples", SAMPLES, "--out", out)
+    while process.poll() is None and not list(out.glob("blocks/0*.parquet")):
+        time.sleep(0.005)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate()
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+    assert f"tolmc run --resume {out}" in errors
+    kept = list(out.glob("blocks/0*.parquet"))
+    assert kept
+    process = start("--resume", out)
+    assert process.communicate()[1] == "" and process.returncode == 0
+    assert_equal_to(expected, out)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX limits the size of files")
+def test_a_full_disk_keeps_what_is_finished(reference, tmp_path):
+    study, expected, _ = reference
+    out = tmp_path / "run"
+    # The disk takes the blocks, but not all samples in one file.
+    limit = (expected / "samples.parquet").stat().st_size // 2
+    process = start(
+        study, "--samples", SAMPLES, "--out", out,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )  # fmt: skip
+    _, errors = process.communicate()
+    assert process.returncode == 1
+    assert "Traceback" not in errors and "File too large" in errors
+    assert f"tolmc run --resume {out}" in errors
+    assert not (out / "samples.parquet").exists()
+    process = start("--resume", out)
+    assert process.communicate()[1] == "" and process.returncode == 0
+    assert_equal_to(expected, out)
+
+
+def test_two_processes_cannot_share_a_directory(reference, tmp_path):
+    study, expected, _ = reference
+    out = tmp_path / "run"
+    first = start(study, "--samples", SAMPLES, "--out", out)
+    while first.poll() is None and not (out / "run.json").exists():
+        time.sleep(0.005)
+    second = start("--resume", out)
+    _, errors = second.communicate()
+    if first.poll() is None:
+        assert second.returncode == 2 and "in use by another run" in errors
+    assert first.communicate()[1] == "" and first.returncode == 0
+    assert_equal_to(expected, out)

@@ -1,0 +1,98 @@
+"""What an allocation found, for the terminal: engineering units, a table for each question."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pandas as pd
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+from tolmc import units
+from tolmc.allocation import AllocationResult
+
+
+def allocation_tables(result: AllocationResult, *, title: str) -> Iterator[Table | str]:
+    """The winner, how sure it is, the trade-off, and one grade up or down."""
+    yield _winner(result, title)
+    yield _verdict(result)
+    yield _trade_off(result)
+    yield _neighbours(result)
+    yield _surrogate(result)
+
+
+def _winner(result: AllocationResult, title: str) -> Table:
+    table = _table(
+        "Dimension", "unit", "grade", "zone", "lower", "upper", "cost", title=f"{title}: the cheapest tolerances"
+    )
+    for name, row in result.dimensions.iterrows():
+        unit, factor = units.shown(name)
+        limits = (f"{row[key] * factor:.5f}" for key in ("lower", "upper"))
+        table.add_row(units.label(name), unit, row["grade"], _width(name, row["width"]), *limits, f"{row['cost']:.4g}")
+    return table
+
+
+def _verdict(result: AllocationResult) -> str:
+    plan, confirmed = result.plan, result.confirmed
+    reached = "reaches" if result.is_met else "[bold]does not reach[/]"
+    return (
+        f"Cost {result.winner.cost:.4g}. Yield of {plan.samples:,} independent motions: {_percent(confirmed.value)}; with "
+        f"{100.0 * plan.confidence:.4g} % confidence it is at least {_percent(confirmed.low)}, which {reached} the required "
+        f"{_percent(plan.target_yield)} (confirming run {result.attempts}; predicted {_percent(result.predicted_yield)}).\n"
+        f"The study's own tolerances: {_percent(result.present_yield)} predicted."
+    )
+
+
+def _trade_off(result: AllocationResult) -> Table:
+    names = [choice.name for choice in result.plan.choices]
+    table = _table("Required yield", "cost", "out, ppm", *map(_heading, names), title="Cost against yield")
+    for _, row in result.trade_off.iterrows():
+        zones = (_zone(name, row[name]) for name in names)
+        table.add_row(_percent(row["required_yield"]), f"{row['cost']:.4g}", f"{row['out_ppm']:.0f}", *zones)
+    return table
+
+
+def _neighbours(result: AllocationResult) -> Table:
+    columns = ("Dimension", "from", "to", "cost", "change", "predicted", "out, ppm")
+    table = _table(*columns, title="One grade up or down")
+    for _, row in result.neighbours.iterrows():
+        name = row["dimension"]
+        table.add_row(
+            units.label(name), _zone(name, row["from"]), _zone(name, row["to"]), f"{row['cost']:.4g}",
+            f"{row['cost_change']:+.3g}", _percent(row["predicted_yield"]), f"{row['out_ppm']:.0f}",
+        )  # fmt: skip
+    return table
+
+
+def _surrogate(result: AllocationResult) -> Table:
+    table = _table("Output", "degree", "held-out error", "of its spread", title="Surrogate over the widest zones")
+    for name, row in result.surrogate.iterrows():
+        unit, factor = units.shown(name)
+        share = "–" if pd.isna(row["held_out_share"]) else f"{row['held_out_share']:.1e}"
+        table.add_row(units.label(name), f"{row['degree']:.0f}", f"{row['held_out_error'] * factor:.1e} {unit}", share)
+    return table
+
+
+def _heading(name: str) -> str:
+    symbol = units.label(name).split()[-1]
+    return f"{symbol}, {units.shown(name)[0]}"
+
+
+def _zone(name: str, value: str | float) -> str:
+    return value if isinstance(value, str) else _width(name, value)
+
+
+def _width(name: str, width: float) -> str:
+    return f"{width * units.shown(name)[1]:.4g}"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.4f} %"
+
+
+def _table(*columns: str, title: str) -> Table:
+    table = Table(title=escape(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    for i, column in enumerate(columns):
+        table.add_column(column, justify="left" if i == 0 or column == "unit" else "right", no_wrap=True)
+    return table

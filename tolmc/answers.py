@@ -1,0 +1,92 @@
+"""What a run says beyond its own samples: four answers side by side, and which tolerance matters.
+
+Worst case, root sum square, Monte Carlo and the accelerated estimate of every output; Sobol' indices; one-at-a-time curves.
+Together they take a few thousand motions of their own, next to nothing beside a run's samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from tolmc import run_directory
+from tolmc.errors import InputError
+from tolmc.estimators import accelerated_summary
+from tolmc.sensitivity import one_at_a_time, sobol_indices
+from tolmc.stackup import linearise, side_by_side, worst_case
+from tolmc.study import Study
+from tolmc.study_model import study_model
+
+_INDEX_ROWS = 1024  # times the dimensions and two: intervals of a few percent
+
+#: Diagnostics and times that most samples do not have: no answers are sought for them.
+_NO_ANSWERS = {"contact_loss_time", "energy_error", "constraint_error"}
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Tables of :func:`four_answers`; None where the study leaves nothing to say.
+
+    ``stackup``: :func:`tolmc.stackup.side_by_side`; ``sobol_indices``, ``one_at_a_time``: :mod:`tolmc.sensitivity`.
+    """
+
+    stackup: pd.DataFrame | None = None
+    sobol_indices: pd.DataFrame | None = None
+    one_at_a_time: pd.DataFrame | None = None
+
+    def files(self) -> dict[str, pd.DataFrame]:
+        """File name -> table, for those there are."""
+        tables = {
+            "stackup.csv": self.stackup,
+            "sobol_indices.csv": self.sobol_indices,
+            "one_at_a_time.csv": self.one_at_a_time,
+        }
+        return {name: table for name, table in tables.items() if table is not None}
+
+
+def four_answers(study: Study, summary: pd.DataFrame) -> Answers:
+    """The answers for every output of ``summary`` (:func:`tolmc.statistics.summarise` of the study's run).
+
+    Correlated dimensions have no Sobol' indices; where motions fail, the accelerated estimate is left out.
+    """
+    outputs = [name for name in summary.index if name not in _NO_ANSWERS]
+    tolerances = study.tolerances
+    # The paper's own coordinates are integrated one motion after the other, for comparison.
+    if not outputs or not tolerances.varied or study.formulation != "slope":
+        return Answers()
+    model = study_model(study, outputs)
+    return Answers(
+        stackup=side_by_side(
+            worst_case(model, tolerances, outputs=outputs),
+            linearise(model, tolerances, outputs=outputs).root_sum_square(),
+            summary.loc[outputs],
+            accelerated=_accelerated(model, study, outputs),
+        ),
+        sobol_indices=None
+        if tolerances.correlation is not None
+        else sobol_indices(model, tolerances, outputs=outputs, count=_INDEX_ROWS, seed=study.seed),
+        one_at_a_time=one_at_a_time(model, tolerances, outputs=outputs),
+    )
+
+
+def write_answers(directory: str | Path) -> Answers:
+    """The answers of the finished run in ``directory``, written there as CSV files for the report to show."""
+    opened = run_directory.read(directory)
+    summary = opened.path / "summary.csv"
+    if not opened.is_complete or not summary.exists():
+        raise InputError(f"{directory}: the run is not finished. Finish it with: tolmc run --resume {directory}")
+    answers = four_answers(opened.study(), pd.read_csv(summary).set_index("output"))
+    for name, table in answers.files().items():
+        opened.write_text(name, table.to_csv(index=table.index.names != [None]))
+    return answers
+
+
+def _accelerated(model, study: Study, outputs: Sequence[str]) -> pd.DataFrame | None:
+    try:
+        return accelerated_summary(model, study.tolerances, outputs, seed=study.seed)
+    except ValueError:
+        # Motions that fail leave it without an unbiased answer; the other three say what became of them.
+        return None

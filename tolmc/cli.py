@@ -1,0 +1,156 @@
+"""The command line. Everything heavy is imported by the command that needs it: `tolmc --help` answers at once."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from tolmc import __version__
+from tolmc.errors import InputError
+
+_FILE = click.Path(path_type=Path)
+
+
+class _Commands(click.Group):
+    """Turns what a person can put right into one line on stderr."""
+
+    def invoke(self, ctx):
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            _stop(error, 2)
+        except OSError as error:
+            _stop(error, 1)
+        except KeyboardInterrupt as interrupt:
+            _stop(interrupt, 130)
+
+
+def _stop(error: BaseException, code: int) -> None:
+    lines = [str(error) or "Stopped.", *getattr(error, "__notes__", ())]
+    click.echo("\n".join(lines) if code == 130 else "Error: " + "\n".join(lines), err=True)
+    sys.exit(code)
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="tolmc")
+def main() -> None:
+    """Tolerance choice for a rotating body in a bearing with large clearance.
+
+    A study file (TOML) describes the joint, its tolerances, the body, its loads and the start of the motion.
+    """
+
+
+@main.command()
+@click.argument("study", type=_FILE, required=False)
+@click.option("--samples", type=click.IntRange(min=1), help="Number of samples, in place of the study's.")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed, in place of the study's.")
+@click.option("--workers", type=click.IntRange(min=1), help="Parallel workers; the numbers do not depend on it.")
+@click.option("--out", type=_FILE, help="Directory to write into.  [default: runs/<study name>]")
+@click.option("--resume", type=_FILE, metavar="DIR", help="Go on with the stopped run in DIR.")
+@click.option("--extend", type=click.IntRange(min=1), metavar="N", help="Add N samples to the finished run.")
+@click.option("--cluster", metavar="ADDRESS", help="Compute on the Dask cluster at ADDRESS, such as tcp://host:8786.")
+@click.option("--compare-section", is_flag=True, help="Run circle and exact section on the same samples and compare.")
+def run(study, samples, seed, workers, out, resume, extend, cluster, compare_section) -> None:
+    """Sample the dimensions of STUDY, integrate every sample, write and print the statistics.
+
+    Writes samples.parquet, summary.csv and pictures. A run that was stopped goes on with --resume DIR; a finished
+    one gets N more samples with --extend N --resume DIR.
+    """
+    if extend is not None and resume is None:
+        raise click.UsageError("--extend adds samples to a finished run: name its directory with --resume DIR.")
+    if resume is not None and not (samples is None and seed is None and out is None):
+        raise click.UsageError("--samples, --seed and --out are settled in a run that is resumed; leave them out.")
+    if resume is None and study is None:
+        raise click.UsageError("name the STUDY file to run, or a directory with --resume.")
+    from tolmc import monte_carlo, tables
+
+    if resume is not None:
+        result = monte_carlo.resume(resume, study=study, extend=extend or 0, workers=workers, cluster=cluster)
+    else:
+        out = out or monte_carlo.default_directory(study)
+        result = monte_carlo.run(study, samples=samples, seed=seed, workers=workers, out=out, cluster=cluster)
+    tables.print_result(result)
+    if compare_section:
+        from tolmc.section_comparison import compare_sections
+
+        comparison = compare_sections(result)
+        path = result.directory / "section_comparison.csv"
+        comparison.to_csv(path)
+        tables.print_comparison(comparison)
+        click.echo(f"Written: {path}")
+
+
+@main.command()
+@click.argument("study", type=_FILE)
+@click.option("--out", type=_FILE, help="Picture to write.  [default: <study name>.png]")
+def simulate(study, out) -> None:
+    """Integrate the nominal motion of STUDY: a table and a picture."""
+    from tolmc import plots, tables
+    from tolmc.motion import study_motion
+    from tolmc.study import load_study
+
+    loaded = load_study(study)
+    trajectory = study_motion(loaded)
+    out = out or Path(f"{loaded.name}.png")
+    title = f"{loaded.title}: nominal motion"
+    plots.save(plots.draw_trajectory(trajectory, loaded.scene, title=title), out)
+    tables.print_trajectory(trajectory, loaded.scene, title=title)
+    click.echo(f"Written: {out}")
+
+
+@main.command()
+@click.argument("directory", type=_FILE)
+@click.option("--sample", type=click.IntRange(min=0), required=True, metavar="I", help="Number of the sample, from 0.")
+@click.option("--out", type=_FILE, help="Picture to write.  [default: DIRECTORY/sample_I.png]")
+def replay(directory, sample, out) -> None:
+    """Integrate one sample of the run in DIRECTORY again, with its full trajectory and a picture."""
+    from tolmc import monte_carlo, plots, tables
+
+    loaded, scene, trajectory, row = monte_carlo.replay(directory, sample)
+    title = f"{loaded.title}: sample {sample}"
+    out = out or directory / f"sample_{sample}.png"
+    plots.save(plots.draw_trajectory(trajectory, scene, title=title), out)
+    tables.print_sample(row)
+    tables.print_trajectory(trajectory, scene, title=title)
+    click.echo(f"Written: {out}")
+
+
+@main.command()
+@click.argument("directory", type=_FILE)
+def answers(directory) -> None:
+    """Worst case, root sum square, Monte Carlo and accelerated estimate of the run in DIRECTORY, side by side.
+
+    Also writes them there, with Sobol' indices and one-at-a-time curves, for the report to show.
+    """
+    from tolmc import tables
+    from tolmc.answers import write_answers
+
+    found = write_answers(directory)
+    if found.stackup is None:
+        click.echo("No answers beside the run's own: no dimension varies, or the formulation is not 'slope'.")
+    else:
+        tables.print_answers(found.stackup)
+        click.echo(f"Written: {directory} ({', '.join(found.files())})")
+
+
+@main.command()
+@click.argument("directory", type=_FILE)
+def report(directory) -> None:
+    """Write the run in DIRECTORY as one self-contained HTML file."""
+    from tolmc.answers import write_answers
+    from tolmc.report import write_report
+
+    write_answers(directory)
+    click.echo(f"Written: {write_report(directory)}")
+
+
+@main.command()
+@click.argument("study", type=_FILE)
+@click.option("--out", type=_FILE, help="Directory to write into.  [default: runs/<study name>_allocation]")
+def allocate(study, out) -> None:
+    """Find the cheapest tolerances with which STUDY meets its requirements."""
+    from tolmc.study_allocation import allocate_study
+
+    allocate_study(study, out=out)

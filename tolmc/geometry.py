@@ -1,0 +1,76 @@
+"""Geometry of the tilted journal: equations (1)-(3).
+
+The journal (radius r*) touches the bearing (radius R*, half-length L) at its largest tilt psi when
+R* cos(psi) - L sin(psi) - r* = 0; its axis then rests on circles of radius r = R* - r*/cos(psi) = L tan(psi).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+def _checked(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike):
+    R, r, L = np.broadcast_arrays(
+        np.asarray(bearing_radius, float), np.asarray(journal_radius, float), np.asarray(half_length, float)
+    )
+    valid = np.isfinite(R) & np.isfinite(r) & np.isfinite(L) & (r > 0) & (r < R) & (L > 0)
+    if not np.all(valid):
+        i = np.unravel_index(np.argmin(valid), valid.shape)
+        where = f" at index {tuple(int(k) for k in i)}" if valid.ndim else ""
+        raise ValueError(
+            f"geometry invalid{where}: bearing_radius={float(R[i])!r} m, journal_radius={float(r[i])!r} m, "
+            f"half_length={float(L[i])!r} m; allowed: 0 < journal_radius < bearing_radius, half_length > 0, "
+            "all finite. Check the dimensions and that the tolerances leave a clearance."
+        )
+    return R, r, L
+
+
+def _half_tangent(R, r, L):
+    # (R* + r*) t^2 + 2 L t - (R* - r*) = 0 with t = tan(psi/2): the root in this form cancels nothing, so it keeps
+    # full relative precision at any clearance. hypot would not: (R* - r*)(R* + r*) is a difference of squares.
+    clearance = R - r
+    return clearance / (L + np.sqrt(L * L + clearance * (R + r)))
+
+
+def tilt_angle(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike):
+    """Largest tilt psi of the journal's axis that the clearance allows, equation (2).
+
+    R* cos(psi) - L sin(psi) - r* = 0, solved by the half-angle form without cancellation.
+
+    Parameters
+    ----------
+    bearing_radius, journal_radius, half_length : array_like, m
+        R*, r*, L; broadcast against each other. Valid: 0 < r* < R*, L > 0, all finite.
+
+    Returns
+    -------
+    numpy.ndarray or float, rad
+        In the broadcast shape.
+
+    Raises
+    ------
+    ValueError
+        When an element is outside the valid range; the message names it.
+    """
+    return 2.0 * np.arctan(_half_tangent(*_checked(bearing_radius, journal_radius, half_length)))
+
+
+def effective_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike):
+    """Radius r = R* - r*/cos(psi) = L tan(psi) of the circles on which the axis rests, equation (3).
+
+    Parameters, shapes and errors as in :func:`tilt_angle`; returns m.
+    """
+    R, r, L = _checked(bearing_radius, journal_radius, half_length)
+    # L tan(psi) with the half-angle tangent inserted: only positive terms are left, at any clearance and length.
+    squares = (R - r) * (R + r)
+    return squares * L / (R * L + r * np.sqrt(L * L + squares))
+
+
+def approximate_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike | None = None):
+    """The usual small-clearance value R* - r* in place of equation (3), m.
+
+    ``half_length`` is accepted so that the three functions of this module take the same arguments; it plays no part.
+    """
+    R, r, _ = _checked(bearing_radius, journal_radius, 1.0 if half_length is None else half_length)
+    return R - r

@@ -1,0 +1,118 @@
+"""Body symmetric about its axis on the exact section: the equations of :mod:`section` in the form that blocks of lanes use.
+
+State (c_x, c_y, cos(delta), sin(delta), sin(eps), turning rate of c, nu); lengths over L, masses over m.
+"""
+
+from __future__ import annotations
+
+from tolmc.kernels import parameters as P
+from tolmc.kernels import section
+from tolmc.kernels.jit import device
+
+STATE = section.STATE
+COEFFICIENTS = 13
+
+_CLEARANCE, _JOURNAL, _Z, _INERTIA, _GYRO, _FX, _FY, _GX, _GY, _GZ, _LENGTH, _FORCE, _ENERGY = range(COEFFICIENTS)
+
+
+@device
+def prepare(raw, i, coef, lane, width):
+    """Coefficients of lane ``lane`` from column ``i`` of the parameters."""
+    length, mass = raw[P.HALF_LENGTH, i], raw[P.MASS, i]
+    journal, z = raw[P.JOURNAL_RADIUS, i], raw[P.COM_Z, i] / length
+    z_force = raw[P.POINT_Z, i] / length
+    per_force, per_inertia = 1.0 / (mass * length), 1.0 / (mass * length * length)
+    coef[_CLEARANCE * width + lane] = (raw[P.BEARING_RADIUS, i] - journal) / length
+    coef[_JOURNAL * width + lane] = journal / length
+    coef[_Z * width + lane] = z
+    coef[_INERTIA * width + lane] = raw[P.J_XX, i] * per_inertia
+    coef[_GYRO * width + lane] = raw[P.J_ZZ, i] * raw[P.SPIN_RATE, i] * per_inertia
+    for axis in range(2):
+        gravity, force = raw[P.GRAVITY_X + axis, i] / length, raw[P.FORCE_X + axis, i] * per_force
+        coef[(_FX + axis) * width + lane] = gravity + force
+        coef[(_GX + axis) * width + lane] = z * gravity + z_force * force
+    coef[_GZ * width + lane] = z * raw[P.GRAVITY_Z, i] / length + z_force * raw[P.FORCE_Z, i] * per_force
+    coef[_LENGTH * width + lane] = length
+    coef[_FORCE * width + lane] = mass * length
+    coef[_ENERGY * width + lane] = mass * length * length
+
+
+@device
+def start(raw, i, y, lane, width):
+    """State at t = 0 from the polar angles and their rates."""
+    length, journal = raw[P.HALF_LENGTH, i], raw[P.JOURNAL_RADIUS, i]
+    state = section.start(
+        raw[P.ALPHA, i], raw[P.BETA, i], raw[P.ALPHA_RATE, i], raw[P.BETA_RATE, i],
+        (raw[P.BEARING_RADIUS, i] - journal) / length, journal / length,
+    )  # fmt: skip
+    for component in range(STATE):
+        y[component * width + lane] = state[component]
+
+
+@device
+def evaluate(y, coef, lane, width, with_load):
+    """(swing', nu', delta', sin(eps)', X, Y, N_D, N_E, T, V) of one lane; forces in N, energies in J, X and Y over L."""
+    c_x, c_y = y[lane], y[width + lane]
+    cos_d, sin_d, sin_e = y[2 * width + lane], y[3 * width + lane], y[4 * width + lane]
+    swing, nu = y[5 * width + lane], y[6 * width + lane]
+    big_x, big_y, kappa, pull, turn, lean, x_bias, y_bias = section.shape(
+        cos_d, sin_d, sin_e, nu, coef[_CLEARANCE * width + lane], coef[_JOURNAL * width + lane]
+    )
+    force_c, force_j, moment_c, moment_j, moment_z = 0.0, 0.0, 0.0, 0.0, 0.0
+    if with_load:
+        fx, fy = coef[_FX * width + lane], coef[_FY * width + lane]
+        gx, gy = coef[_GX * width + lane], coef[_GY * width + lane]
+        force_c, force_j = c_x * fx + c_y * fy, c_x * fy - c_y * fx
+        moment_c, moment_j = c_x * gx + c_y * gy, c_x * gy - c_y * gx
+        moment_z = coef[_GZ * width + lane]
+    swing_rate, nu_rate, n_d, n_e, kinetic, potential = section.symmetric(
+        cos_d, sin_d, big_x, big_y, kappa, pull, x_bias, y_bias, swing, nu,
+        coef[_Z * width + lane], coef[_INERTIA * width + lane], coef[_GYRO * width + lane],
+        force_c, force_j, moment_c, moment_j, moment_z,
+    )  # fmt: skip
+    newton, joule = coef[_FORCE * width + lane], coef[_ENERGY * width + lane]
+    return swing_rate, nu_rate, turn, lean, big_x, big_y, newton * n_d, newton * n_e, joule * kinetic, joule * potential
+
+
+@device
+def advance(y, coef, h, k, first, lane, width, with_load):
+    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 and the power of the torque (none here)."""
+    swing_rate, nu_rate, turn, lean, _, big_y, n_d, n_e, _, _ = evaluate(y, coef, lane, width, with_load)
+    swing = h * y[5 * width + lane]
+    k[first + lane] = -swing * y[width + lane]
+    k[first + width + lane] = swing * y[lane]
+    k[first + 2 * width + lane] = -h * turn * y[3 * width + lane]
+    k[first + 3 * width + lane] = h * turn * y[2 * width + lane]
+    k[first + 4 * width + lane] = h * lean
+    k[first + 5 * width + lane] = h * swing_rate
+    k[first + 6 * width + lane] = h * nu_rate
+    length = coef[_LENGTH * width + lane]
+    return n_d, n_e, (length * big_y) * (length * big_y), 0.0
+
+
+@device
+def project(y, coef, lane, width):
+    """Back to touching rims; returns the gap left over the clearance."""
+    clearance, journal = coef[_CLEARANCE * width + lane], coef[_JOURNAL * width + lane]
+    c_x, c_y, cos_d, sin_d, sin_e = section.project(
+        y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane], y[4 * width + lane], clearance, journal
+    )
+    y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane] = c_x, c_y, cos_d, sin_d
+    y[4 * width + lane] = sin_e
+    return abs(section.gap(cos_d, sin_d, sin_e, clearance, journal)) / clearance
+
+
+@device
+def scale_speeds(y, factor, lane, width):
+    """Multiply the speeds by ``factor``: the projection on the energy."""
+    y[5 * width + lane] *= factor
+    y[6 * width + lane] *= factor
+
+
+@device
+def observe(y, coef, lane, width, with_load):
+    """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane; the multipliers are the contact forces."""
+    _, _, _, _, big_x, big_y, n_d, n_e, kinetic, potential = evaluate(y, coef, lane, width, with_load)
+    c_x, c_y = y[lane], y[width + lane]
+    x, w = coef[_LENGTH * width + lane] * big_x, coef[_LENGTH * width + lane] * big_y
+    return x * c_x, x * c_y, -w * c_y, w * c_x, n_d, n_e, n_d, n_e, kinetic, potential, w * w

@@ -1,0 +1,57 @@
+"""The one place where compilation is configured."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+import numba as nb
+
+# Never nnan or ninf: a diverged lane must stay recognisable as NaN.
+_OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
+
+_HERE = Path(__file__).parent
+
+
+def source_hash(folder: Path = _HERE) -> str:
+    """Hash of every kernel source in ``folder`` and of the compiler's version."""
+    digest = hashlib.sha256(nb.__version__.encode())
+    for path in sorted(folder.glob("*.py")):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def cache_directory() -> Path:
+    """Where compiled kernels are kept: beside the sources if that is writable, else in the user's cache.
+
+    Numba's own key is the file of the function alone, so a changed helper in another file would leave a stale caller:
+    the directory's name carries the hash of all kernel sources instead. ``TOLMC_CACHE_DIR`` overrides the place.
+    """
+    if override := os.environ.get("TOLMC_CACHE_DIR"):
+        root = Path(override)
+    elif os.access(_HERE, os.W_OK):
+        root = _HERE / "__pycache__"
+    else:
+        root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tolmc"
+    return root / f"numba-{source_hash()}"
+
+
+_CACHE = str(cache_directory())
+
+
+#: A scalar function that is inlined into the lane loops that call it.
+device = nb.njit(forceinline=True, **_OPTIONS)
+
+#: A function of its own within a kernel: compiled once however often it is called.
+routine = nb.njit(**_OPTIONS)
+
+
+def kernel(function):
+    """An entry point: compiled once, cached on disk, runs without the interpreter lock."""
+    # The directory is read when the function is decorated; restoring it leaves the user's own Numba functions alone.
+    previous, nb.config.CACHE_DIR = nb.config.CACHE_DIR, _CACHE
+    try:
+        return nb.njit(cache=True, **_OPTIONS)(function)
+    finally:
+        nb.config.CACHE_DIR = previous

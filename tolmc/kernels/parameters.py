@@ -1,0 +1,21 @@
+"""Rows of the parameter array (row, sample): every physical scalar of a sample stands in the sample's own column.
+
+LOAD_ENERGY (J) is not a scalar of the scene but the size of its potential energy's variation: the scale of energy errors
+where the body hardly moves.
+"""
+
+from __future__ import annotations
+
+(
+    RADIUS, HALF_LENGTH, MASS,
+    COM_X, COM_Y, COM_Z,
+    J_XX, J_YY, J_ZZ, J_XY, J_XZ, J_YZ,
+    GRAVITY_X, GRAVITY_Y, GRAVITY_Z,
+    FORCE_X, FORCE_Y, FORCE_Z, POINT_X, POINT_Y, POINT_Z,
+    TORQUE_X, TORQUE_Y, TORQUE_Z,
+    ALPHA, BETA, ALPHA_RATE, BETA_RATE, SPIN, SPIN_RATE,
+    BEARING_RADIUS, JOURNAL_RADIUS,
+    LOAD_ENERGY,
+) = range(33)  # fmt: skip
+
+COUNT = 33

@@ -1,0 +1,184 @@
+"""Explicit Runge-Kutta formulas of fixed step, as tableaux, and the weighted sums that a step is made of.
+
+A tableau's rows become straight-line code at compile time: zero weights vanish, sums stay in registers. Summing row by row
+from a tableau in memory cost three times as much as the right-hand side itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tolmc.kernels.jit import device
+
+RK4, RK8 = 0, 1  # codes of the methods inside kernels
+
+
+@dataclass(frozen=True)
+class Tableau:
+    """An explicit method: y1 = y0 + h sum b_i k_i, k_i = f(y0 + h sum_{j<i} a_ij k_j).
+
+    ``samples`` are the rows at which a step is looked at for extrema, at ``positions`` in it: well apart, in order, the first
+    at 0 and the last at 1. Rows up to ``stages - 1`` are the stages, whose values come for nothing; a method whose stages
+    are too crude for that (an error of the size of the curvature that is sought) adds row ``stages``, the midpoint by the
+    continuous extension ``midpoint``, and row ``stages + 1``, the end.
+    """
+
+    name: str
+    order: int
+    rows: tuple[dict[int, float], ...]
+    weights: dict[int, float]
+    samples: tuple[int, ...]
+    positions: tuple[float, ...]
+    midpoint: dict[int, float] | None = None
+
+    @property
+    def stages(self) -> int:
+        return len(self.rows)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """a_ij, shape (stages, stages)."""
+        a = np.zeros((self.stages, self.stages))
+        for i, row in enumerate(self.rows):
+            for j, value in row.items():
+                a[i, j] = value
+        return a
+
+    @property
+    def b(self) -> np.ndarray:
+        """b_i, shape (stages,)."""
+        return np.array([self.weights.get(i, 0.0) for i in range(self.stages)])
+
+
+CLASSICAL = Tableau(
+    name="rk4",
+    order=4,
+    rows=({}, {0: 0.5}, {1: 0.5}, {2: 1.0}),
+    weights={0: 1 / 6, 1: 1 / 3, 2: 1 / 3, 3: 1 / 6},
+    samples=(0, 4, 5),
+    positions=(0.0, 0.5, 1.0),
+    midpoint={0: 5 / 24, 1: 1 / 6, 2: 1 / 6, 3: -1 / 24},
+)
+
+# The 12-stage formula of order 8 of Dormand and Prince's 8(5,3) pair: Hairer, Norsett & Wanner, Solving Ordinary
+# Differential Equations I, 2nd ed., section II.10, coefficients of the code DOP853.
+DORMAND_PRINCE = Tableau(
+    name="rk8",
+    order=8,
+    rows=(
+        {},
+        {0: 0.05260015195876773},
+        {0: 0.0197250569845379, 1: 0.0591751709536137},
+        {0: 0.02958758547680685, 2: 0.08876275643042054},
+        {0: 0.2413651341592667, 2: -0.8845494793282861, 3: 0.924834003261792},
+        {0: 0.037037037037037035, 3: 0.17082860872947386, 4: 0.12546768756682242},
+        {0: 0.037109375, 3: 0.17025221101954405, 4: 0.06021653898045596, 5: -0.017578125},
+        {
+            0: 0.03709200011850479, 3: 0.17038392571223998, 4: 0.10726203044637328, 5: -0.015319437748624402,
+            6: 0.008273789163814023,
+        },
+        {
+            0: 0.6241109587160757, 3: -3.3608926294469414, 4: -0.868219346841726, 5: 27.59209969944671,
+            6: 20.154067550477894, 7: -43.48988418106996,
+        },
+        {
+            0: 0.47766253643826434, 3: -2.4881146199716677, 4: -0.590290826836843, 5: 21.230051448181193,
+            6: 15.279233632882423, 7: -33.28821096898486, 8: -0.020331201708508627,
+        },
+        {
+            0: -0.9371424300859873, 3: 5.186372428844064, 4: 1.0914373489967295, 5: -8.149787010746927,
+            6: -18.52006565999696, 7: 22.739487099350505, 8: 2.4936055526796523, 9: -3.0467644718982196,
+        },
+        {
+            0: 2.273310147516538, 3: -10.53449546673725, 4: -2.0008720582248625, 5: -17.9589318631188,
+            6: 27.94888452941996, 7: -2.8589982771350235, 8: -8.87285693353063, 9: 12.360567175794303,
+            10: 0.6433927460157636,
+        },
+    ),
+    weights={
+        0: 0.054293734116568765, 5: 4.450312892752409, 6: 1.8915178993145003, 7: -5.801203960010585,
+        8: 0.3111643669578199, 9: -0.1521609496625161, 10: 0.20136540080403034, 11: 0.04471061572777259,
+    },
+    samples=(0, 6, 9, 10, 11),
+    positions=(0.0, 0.25, 0.6, 6 / 7, 1.0),
+)  # fmt: skip
+
+TABLEAUX = {"rk4": CLASSICAL, "rk8": DORMAND_PRINCE}
+
+
+def _weighted_sum(row: dict[int, float]):
+    """Device function out = y + sum_j row[j] k_j over flat (state, lane) arrays; the k_j hold h f."""
+    columns = np.array(sorted(row))
+    values = np.array([row[j] for j in sorted(row)])
+    terms = len(columns)
+
+    @device
+    def weighted_sum(y, k, out, size):
+        for m in range(size):
+            total = y[m]
+            for t in range(terms):
+                total += values[t] * k[columns[t] * size + m]
+            out[m] = total
+
+    return weighted_sum
+
+
+_4_1, _4_2, _4_3 = (_weighted_sum(row) for row in CLASSICAL.rows[1:])
+_4_END = _weighted_sum(CLASSICAL.weights)
+_4_MIDPOINT = _weighted_sum(CLASSICAL.midpoint)
+_8_1, _8_2, _8_3, _8_4, _8_5, _8_6, _8_7, _8_8, _8_9, _8_10, _8_11 = (
+    _weighted_sum(row) for row in DORMAND_PRINCE.rows[1:]
+)
+_8_END = _weighted_sum(DORMAND_PRINCE.weights)
+
+
+@device
+def stage_argument_rk4(stage, y, k, out, size):
+    """Argument of stage ``stage`` of rk4; ``stage == 4`` gives the step's end, ``stage == 5`` its midpoint."""
+    if stage == 0:
+        for m in range(size):
+            out[m] = y[m]
+    elif stage == 1:
+        _4_1(y, k, out, size)
+    elif stage == 2:
+        _4_2(y, k, out, size)
+    elif stage == 3:
+        _4_3(y, k, out, size)
+    elif stage == 4:
+        _4_END(y, k, out, size)
+    else:
+        _4_MIDPOINT(y, k, out, size)
+
+
+@device
+def stage_argument_rk8(stage, y, k, out, size):
+    """Argument of stage ``stage`` of rk8; ``stage == 12`` gives the step's end."""
+    if stage == 0:
+        for m in range(size):
+            out[m] = y[m]
+    elif stage == 1:
+        _8_1(y, k, out, size)
+    elif stage == 2:
+        _8_2(y, k, out, size)
+    elif stage == 3:
+        _8_3(y, k, out, size)
+    elif stage == 4:
+        _8_4(y, k, out, size)
+    elif stage == 5:
+        _8_5(y, k, out, size)
+    elif stage == 6:
+        _8_6(y, k, out, size)
+    elif stage == 7:
+        _8_7(y, k, out, size)
+    elif stage == 8:
+        _8_8(y, k, out, size)
+    elif stage == 9:
+        _8_9(y, k, out, size)
+    elif stage == 10:
+        _8_10(y, k, out, size)
+    elif stage == 11:
+        _8_11(y, k, out, size)
+    else:
+        _8_END(y, k, out, size)

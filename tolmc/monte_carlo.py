@@ -1,0 +1,356 @@
+"""The Monte Carlo driver: blocks of samples over workers, their statistics, runs that survive.
+
+A block draws its own samples, integrates them and comes back as columns, so everything but writing runs in parallel. One
+plan of integration, made from the study alone, holds for all samples: no sample depends on the block it is in.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from dataclasses import asdict, dataclass, field
+from functools import cached_property, partial
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+
+from tolmc import run_directory, statistics, units
+from tolmc.columns import Columns
+from tolmc.errors import ClusterError, InputError
+from tolmc.mechanism import SCALARS, Scene
+from tolmc.motion import study_motion
+from tolmc.progress import progress
+from tolmc.run_directory import RunDirectory, RunDirectoryError
+from tolmc.simulation import GEOMETRY_OUTPUTS, Plan, Trajectory, plan_integration, simulate_many
+from tolmc.study import Study, StudyError, load_study
+from tolmc.tolerances import sample
+from tolmc.workers import Crew, crew
+
+#: Samples in a block, at most: about a tenth of a second of work and a few megabytes of results.
+LARGEST_BLOCK = 16_384
+# A multiple of the lanes that run together, so that few of them idle.
+_BLOCK_STEP = 256
+
+_JOINT = SCALARS[:3]
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """What a run found.
+
+    Attributes
+    ----------
+    study : Study
+        With the number of samples and the seed of this run.
+    plan : Plan
+        How the motions were integrated.
+    nominal : dict
+        Outputs at the nominal dimensions, SI units.
+    summary : DataFrame
+        A row an output, SI units: :func:`tolmc.statistics.summarise`.
+    requirements, statuses : DataFrame
+        :func:`tolmc.statistics.summarise_requirements` and :func:`tolmc.statistics.count_statuses`.
+    samples : DataFrame
+        A row a sample; read from the run directory on first use.
+    directory : Path or None
+        Where the run was written.
+    elapsed : float
+        Seconds from the call to the summary.
+    """
+
+    study: Study
+    plan: Plan
+    nominal: dict[str, float | str]
+    summary: pd.DataFrame
+    requirements: pd.DataFrame
+    statuses: pd.DataFrame
+    directory: Path | None
+    elapsed: float
+    read: Callable[..., pa.Table] = field(repr=False)
+
+    @cached_property
+    def samples(self) -> pd.DataFrame:
+        return self.read().to_pandas()
+
+
+def run(
+    study: Study | str | Path,
+    *,
+    samples: int | None = None,
+    seed: int | None = None,
+    workers: int | None = None,
+    out: str | Path | None = None,
+    cluster: str | None = None,
+) -> StudyResult:
+    """Sample the dimensions of a study, integrate every sample, and summarise the outputs.
+
+    Sample i depends on the seed and i alone (Latin hypercube: on the number of samples too): the results are bitwise
+    equal for any number of workers, any block size, and on a cluster of like machines.
+
+    Parameters
+    ----------
+    study : Study or path
+    samples, seed, workers : int, optional
+        In place of those of the study.
+    out : path, optional
+        Run directory to write (:mod:`tolmc.run_directory`); without it nothing is written.
+    cluster : str, optional
+        Address of a Dask scheduler on whose workers the blocks run, such as "tcp://host:8786".
+
+    Raises
+    ------
+    StudyError, RunDirectoryError, ClusterError
+        When the study, the directory or the cluster cannot be used; nothing is written then.
+    """
+    began = time.perf_counter()
+    study = study if isinstance(study, Study) else load_study(study)
+    study = study.replaced(samples=samples, seed=seed, workers=workers)
+    plan = _plan(study)
+    with crew(study.workers, cluster) as workforce:
+        block = _block_size(study.samples, workforce.size)
+        if out is None:
+            return _run_in_memory(study, plan, workforce, block, began)
+        with run_directory.create(out, study, block=block, plan=_record_of(plan)) as directory:
+            return _run_into(directory, study, plan, workforce, began)
+
+
+def resume(
+    directory: str | Path,
+    *,
+    study: Study | str | Path | None = None,
+    extend: int = 0,
+    workers: int | None = None,
+    cluster: str | None = None,
+) -> StudyResult:
+    """Go on with a stopped run, or add ``extend`` samples to a finished one.
+
+    The outcome is bitwise equal to that of a run that was never stopped. ``study``, where given, must be the run's own.
+
+    Raises
+    ------
+    RunDirectoryError
+        When the directory holds no run, is damaged or in use, belongs to another study, or cannot be extended.
+    """
+    began = time.perf_counter()
+    if study is not None and not isinstance(study, Study):
+        study = load_study(study)
+    with run_directory.reopen(directory, study=study, extend=extend) as opened:
+        study, plan = opened.study().replaced(workers=workers), _recorded_plan(opened)
+        with crew(study.workers, cluster) as workforce:
+            return _run_into(opened, study, plan, workforce, began)
+
+
+def default_directory(study: str | Path) -> Path:
+    """``runs/<study name>``, with a number behind it where that is taken."""
+    first = Path("runs") / Path(study).stem
+    directory, number = first, 1
+    while directory.exists():
+        number += 1
+        directory = first.with_name(f"{first.name}-{number}")
+    return directory
+
+
+def replay(directory: str | Path, index: int) -> tuple[Study, Scene, Trajectory, dict]:
+    """Sample ``index`` of a run once more: its study, scene, full trajectory, and its row in the run.
+
+    Raises
+    ------
+    RunDirectoryError
+        When the directory holds no run, or no such sample.
+    InputError
+        When the sample's geometry is invalid, so that it has no motion.
+    """
+    opened = run_directory.read(directory)
+    study, row = opened.study(), opened.row(index)
+    try:
+        scene = study.scene.replaced(**{name: row[name] for name in SCALARS if name in row})
+    except ValueError as error:
+        raise InputError(f"sample {index} of {directory} has no motion: {error}") from None
+    return study, scene, study_motion(study, scene), row
+
+
+def _plan(study: Study) -> Plan:
+    try:
+        return plan_integration(
+            study.scene,
+            {dimension.name: (dimension.lower, dimension.upper) for dimension in study.tolerances.dimensions},
+            step=study.step if _integrates(study) else study.scene.duration,
+            method=study.method,
+            formulation=study.formulation,
+            accuracy=study.accuracy,
+            outputs=study.outputs,
+            on_contact_loss=study.on_contact_loss,
+            project_energy=study.project_energy,
+            halving=study.halving,
+        )
+    except ValueError as error:
+        raise StudyError(f"{study.title}: {error}") from None
+
+
+def _integrates(study: Study) -> bool:
+    """Whether any output needs the motion."""
+    return study.outputs is None or not set(study.outputs) <= set(GEOMETRY_OUTPUTS)
+
+
+def _record_of(plan: Plan) -> dict:
+    # JSON has no NaN; what is left out takes its default again.
+    return {name: value for name, value in asdict(plan).items() if value == value}
+
+
+def _recorded_plan(directory: RunDirectory) -> Plan:
+    try:
+        return Plan(**directory.record["plan"])
+    except TypeError as error:
+        raise RunDirectoryError(
+            f"{directory.path} was begun by tolmc {directory.record['versions'].get('tolmc')}, whose plan of integration this "
+            f"one does not know ({error}). Go on with that version, or run the study into a new directory."
+        ) from None
+
+
+def _integrate(study: Study, plan: Plan, dimensions: pd.DataFrame) -> pd.DataFrame:
+    columns = {name: dimensions[name].to_numpy() for name in dimensions}
+    joint = {name: columns.pop(name) for name in _JOINT}
+    return simulate_many(
+        study.scene, **joint, parameters=columns, outputs=study.outputs, plan=plan,
+        on_contact_loss=study.on_contact_loss, project_energy=study.project_energy,
+    )  # fmt: skip
+
+
+def _block(study: Study, plan: Plan, start: int, count: int) -> pa.Table:
+    """Samples ``start`` ... ``start + count - 1``: drawn, integrated, as columns."""
+    dimensions = sample(
+        study.tolerances, count, sampling=study.sampling, seed=study.seed, start=start, total=study.samples
+    )
+    frame = _integrate(study, plan, dimensions)
+    status = pa.array(pd.Categorical(frame.pop("status"))).cast(pa.dictionary(pa.int8(), pa.string()))
+    columns = {**{name: frame[name].to_numpy() for name in frame}, "status": status}
+    # Declared to have no nulls (a missing number is NaN), columns are written and read without a mask.
+    fields = [pa.field(name, getattr(column, "type", pa.float64()), nullable=False) for name, column in columns.items()]
+    return pa.table(columns, schema=pa.schema(fields))
+
+
+def _block_size(samples: int, workers: int) -> int:
+    """Small enough for several blocks a worker, large enough to be worth its overhead."""
+    share = -(-samples // (4 * workers * _BLOCK_STEP)) * _BLOCK_STEP
+    return min(share, LARGEST_BLOCK)
+
+
+def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began: float) -> StudyResult:
+    calls = ((study, plan, start, min(block, study.samples - start)) for start in range(0, study.samples, block))
+    with progress(study.title, study.samples) as counted, closing(workforce.map(_block, calls)) as computed:
+        table = pa.concat_tables(counted(computed)).unify_dictionaries()
+
+    def read(columns: list[str] | None = None, rows: int | None = None) -> pa.Table:
+        chosen = table if columns is None else table.select(columns)
+        return chosen if rows is None else chosen.slice(0, rows)
+
+    return _result(study, plan, _nominal_outputs(study, plan), read, None, began)
+
+
+def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, began: float) -> StudyResult:
+    try:
+        with ThreadPoolExecutor(1) as artist:
+            # Matplotlib takes about as long as statistics: it draws the motion beside the workers, the samples beside them.
+            pictures = [artist.submit(_draw_motion, directory, study)]
+            _compute_blocks(directory, study, plan, workforce)
+            nominal = _nominal_outputs(study, plan)
+            pictures.append(artist.submit(_draw_samples, directory, study, nominal))
+            result = _result(study, plan, nominal, directory.read, directory.path, began)
+            for picture in pictures:
+                picture.result()
+        directory.write_text("summary.csv", result.summary.to_csv())
+        directory.write_text("requirements.csv", result.requirements.to_csv())
+        directory.finish(seconds=round(time.perf_counter() - began, 3))
+    except (OSError, KeyboardInterrupt, ClusterError) as error:
+        error.add_note(f"Finished blocks are kept; go on with: tolmc run --resume {directory.path}")
+        raise
+    return result
+
+
+def _compute_blocks(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew) -> None:
+    """samples.parquet with all samples; blocks that are on the disk already are not computed again."""
+    blocks = directory.blocks()
+    missing = {start: count for start, count in blocks if not directory.has_block(start)}
+    calls = ((study, plan, start, count) for start, count in missing.items())
+
+    def in_order(computed: Iterator[pa.Table]) -> Iterator[pa.Table]:
+        for start, count in blocks:
+            if start in missing:
+                table = next(computed)
+                directory.write_block(start, table)
+                yield table
+            else:
+                yield directory.read_block(start, count)
+
+    if blocks:
+        done = study.samples - sum(missing.values())
+        with progress(study.title, study.samples, done) as counted, closing(workforce.map(_block, calls)) as computed:
+            directory.write_samples(in_order(counted(computed)))
+
+
+def _result(
+    study: Study,
+    plan: Plan,
+    nominal: dict[str, float | str],
+    read: Callable[..., pa.Table],
+    directory: Path | None,
+    began: float,
+) -> StudyResult:
+    samples, specification = Columns(read), study.specification
+    outputs = [name for name in units.OUTPUTS if name in samples]
+    drawn = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
+    accuracies = _integration_errors(plan, nominal, outputs)
+    summary = statistics.summarise(
+        samples, outputs=outputs, specification=specification, accuracies=accuracies, **drawn
+    )
+    summary.insert(0, "unit", [units.SI[name] for name in summary.index])
+    return StudyResult(
+        study=study,
+        plan=plan,
+        nominal=nominal,
+        summary=summary,
+        requirements=statistics.summarise_requirements(samples, specification=specification, **drawn),
+        statuses=statistics.count_statuses(samples, **drawn),
+        directory=directory,
+        elapsed=time.perf_counter() - began,
+        read=read,
+    )
+
+
+def _nominal_outputs(study: Study, plan: Plan) -> dict[str, float | str]:
+    row = pd.DataFrame([{dimension.name: dimension.nominal for dimension in study.tolerances.dimensions}])
+    return _integrate(study, plan, row).iloc[0].to_dict()
+
+
+def _integration_errors(plan: Plan, nominal: dict, outputs: list[str]) -> dict[str, float]:
+    """The pilot's error, relative to the largest contact force and to 1 rad, in the outputs' units."""
+    peaks = [nominal[name] for name in ("contact_force_D_max", "contact_force_E_max") if name in nominal]
+    scales = {name: max(peaks, default=0.0) for name in outputs if name.startswith("contact_force")}
+    return {name: plan.pilot_error * scale for name, scale in {**scales, "tilt_max": 1.0}.items()}
+
+
+def _draw_motion(directory: RunDirectory, study: Study) -> None:
+    from tolmc import plots
+
+    if _integrates(study):
+        title = f"{study.title}: nominal motion"
+        figure = plots.draw_trajectory(study_motion(study), study.scene, title=title)
+        directory.write_file("nominal.png", partial(plots.save, figure))
+
+
+def _draw_samples(directory: RunDirectory, study: Study, nominal: dict[str, float | str]) -> None:
+    from tolmc import plots
+
+    samples = Columns(directory.read)
+    outputs = [name for name in units.OUTPUTS if name in samples]
+    shown = [name for name in plots.DISTRIBUTIONS if name in samples] or outputs[:1]
+    figure = plots.draw_distributions(
+        samples, shown, nominal=nominal, specification=study.specification, title=study.title
+    )
+    directory.write_file("distributions.png", partial(plots.save, figure))
+    varied = [dimension.name for dimension in study.tolerances.varied]
+    head = directory.read(columns=[*varied, *outputs], rows=plots.RANKED).to_pandas()
+    directory.write_file("drivers.png", partial(plots.save, plots.draw_drivers(head, varied, title=study.title)))

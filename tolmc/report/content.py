@@ -1,0 +1,228 @@
+"""What the report says about a run: everything that its templates show, from the run directory."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import pandas as pd
+
+from tolmc import sensitivity, units
+from tolmc.capability import ALL_REQUIREMENTS, capability, tolerance_interval
+from tolmc.errors import InputError
+from tolmc.intervals import Estimate
+from tolmc.report import notes, tables, words
+from tolmc.report.answer import Answer, answer, question
+from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
+from tolmc.run_directory import RunDirectory, RunDirectoryError
+from tolmc.statistics import count_statuses, failed, summarise_requirements
+from tolmc.study import Study
+
+#: Yield that requirements are judged by where the study asks for none: what lies within +-3 sigma of a normal output.
+TARGET_YIELD = 0.9973
+
+#: Samples from which contributions are estimated, a balanced part of a Sobol' run: ranks of many more cost seconds.
+EXAMINED = 2**15
+
+#: Outputs for which there is room where the study has no requirement.
+FOREMOST = ("tilt_angle", "contact_force_D_max", "contact_force_E_max")
+
+PICTURES = {
+    "distributions.png": "How the outputs are distributed over the samples, with the value at the nominal dimensions and the "
+    "limits of the specification.",
+    "drivers.png": "Which dimension drives which output: rank correlations, and outputs over the dimension that moves them "
+    "most.",
+    "nominal.png": "The motion at the nominal dimensions: traces of the axis points D and E on their circles, contact forces "
+    "and polar angles.",
+}  # fmt: skip
+
+#: Tables that a run leaves or may leave, with the columns of their index.
+TABLES = {
+    "summary.csv": "output",
+    "stackup.csv": ["output", "quantity"],
+    "sobol_indices.csv": ["output", "dimension"],
+    "one_at_a_time.csv": "dimension",
+}
+
+
+def report_content(run: RunDirectory) -> dict:
+    """Names and values for the templates; ``tables`` is {name: :class:`tolmc.report.tables.Table`}."""
+    content, study, record = _Content(run), run.study(), run.record
+    pictures = _pictures(run.path)
+    return {
+        "title": " ".join(record["title"].split()),
+        "study": study,
+        "record": record,
+        "finished": record["finished"][:10],
+        "sampling": words.SAMPLINGS[study.sampling],
+        "question": question(study),
+        "answer": content.answer(),
+        "tables": content.tables(),
+        "relations": notes.relations(study),
+        "curves": content.curves(),
+        "width": WIDTH,
+        "height": HEIGHT,
+        "pictures": pictures,
+        "further": [name for name in pictures if name not in PICTURES],
+        "trust": content.trust(),
+        "limits": notes.limits(study),
+        "reproduction": notes.reproduction(study, record),
+        "commands": notes.commands(study),
+        "facts": notes.facts(record),
+    }
+
+
+@dataclass(frozen=True)
+class _Content:
+    """The run's tables and estimates, each computed once."""
+
+    run: RunDirectory
+
+    @cached_property
+    def study(self) -> Study:
+        return self.run.study()
+
+    @cached_property
+    def columns(self) -> list[str]:
+        return self.run.read(rows=1).column_names
+
+    @property
+    def inputs(self) -> list[str]:
+        return [dimension.name for dimension in self.study.tolerances.varied]
+
+    @property
+    def foremost(self) -> tuple[str, ...]:
+        return tuple(self.study.specification) or FOREMOST
+
+    @property
+    def drawn(self) -> dict:
+        """How the rows were drawn, as the estimators take it."""
+        has_lots = any(dimension.between_lots for dimension in self.study.tolerances.varied)
+        return {"sampling": self.study.sampling, "lot_size": self.study.tolerances.lot_size if has_lots else 1}
+
+    @property
+    def watches_contact(self) -> bool:
+        """Whether contact forces were computed, so that a loss of contact was seen."""
+        return any(name.startswith("contact_") for name in self.columns)
+
+    @property
+    def target(self) -> float:
+        given = self.study.allocation.get("target_yield", TARGET_YIELD)
+        try:
+            return units.read(given, "1")
+        except ValueError as error:
+            raise InputError(f"[allocation] target_yield = {given!r}: {error}.") from None
+
+    @cached_property
+    def samples(self) -> pd.DataFrame:
+        """All rows of what requirements and failures need."""
+        wanted = dict.fromkeys([*self.inputs, *self.study.specification, "contact_loss_time", "status"])
+        return self.run.read(columns=[name for name in wanted if name in self.columns]).to_pandas()
+
+    @cached_property
+    def examined(self) -> pd.DataFrame:
+        """The first rows, of everything."""
+        return self.run.read(rows=EXAMINED).to_pandas()
+
+    @cached_property
+    def summary(self) -> pd.DataFrame | None:
+        return self._table("summary.csv")
+
+    @cached_property
+    def shares(self) -> pd.DataFrame:
+        return summarise_requirements(self.samples, specification=self.study.specification, **self.drawn)
+
+    @cached_property
+    def capability(self) -> pd.DataFrame:
+        """A row a requirement, and one for all where there are several; empty without any."""
+        found = capability(self.samples, specification=self.study.specification, **self.drawn)
+        return found if len(self.study.specification) > 1 else found.drop(index=ALL_REQUIREMENTS, errors="ignore")
+
+    @cached_property
+    def failure_sources(self) -> pd.DataFrame:
+        return sensitivity.failure_sources(
+            self.samples, inputs=self.inputs, specification=self.study.specification, lot_size=self.drawn["lot_size"]
+        )
+
+    @cached_property
+    def indices(self) -> pd.DataFrame:
+        return sensitivity.first_order(self.examined, **self._of_examined)
+
+    @property
+    def _of_examined(self) -> dict:
+        apart = (*tables.CHECKS, "contact_loss_time")
+        outputs = [name for name in units.OUTPUTS if name in self.columns and name not in apart]
+        return {"inputs": self.inputs, "outputs": outputs, **self.drawn}
+
+    def answer(self) -> Answer:
+        return answer(
+            self.study,
+            shares=self.shares,
+            capability=self.capability,
+            indices=self.indices if self.inputs else None,
+            failure_sources=self.failure_sources if self.inputs else None,
+            target=self.target,
+            watches_contact=self.watches_contact,
+        )
+
+    def trust(self) -> list[str]:
+        sentences = [notes.of_sampling(self.study.samples, **self.drawn)]
+        if self.summary is not None:
+            sentences.append(notes.of_integration(self.run.record["plan"], self.summary))
+        return [*sentences, *notes.of_contact(self.shares, is_watched=self.watches_contact)]
+
+    def tables(self) -> dict[str, tables.Table]:
+        """Those that have something to say."""
+        found = [tables.dimensions_table(self.study), tables.constants_table(self.study)]
+        if self.study.specification:
+            found.append(tables.requirements_table(self.study, self.shares, self.capability, self.target))
+            found.append(tables.capability_table(self.capability, self._tolerance_intervals()))
+        if self.inputs:
+            directions = sensitivity.rank_correlation(self.examined, **self._of_examined)
+            are_correlated = self.study.tolerances.correlation is not None
+            found.append(tables.contributions_table(self.indices, directions, are_correlated=are_correlated))
+            found.append(tables.failures_table(self.failure_sources, self.inputs))
+        if self.summary is not None:
+            found += [tables.outputs_table(self.summary), tables.budget_table(self.summary)]
+        found.append(tables.statuses_table(count_statuses(self.samples, **self.drawn)))
+        if (stackup := self._table("stackup.csv")) is not None:
+            found.append(tables.stackup_table(stackup))
+        if (indices := self._table("sobol_indices.csv")) is not None:
+            found.append(tables.indices_table(indices, self.foremost))
+        return {table.name: table for table in found if table}
+
+    def _tolerance_intervals(self) -> dict[str, Estimate]:
+        unusable = failed(self.samples)
+        return {
+            name: tolerance_interval(self.samples[name].mask(unusable), share=TARGET_YIELD, **self.drawn)
+            for name in self.study.specification
+        }
+
+    def curves(self) -> list[list[Panel]]:
+        curves = self._table("one_at_a_time.csv")
+        return [] if curves is None else panels(curves, self.foremost, self.study.specification)
+
+    def _table(self, name: str) -> pd.DataFrame | None:
+        path = self.run.path / name
+        if not path.exists():
+            return None
+        try:
+            return pd.read_csv(path).set_index(TABLES[name])
+        except (ValueError, KeyError) as error:
+            raise RunDirectoryError(
+                f"{path} is damaged: {error}. Restore it, or delete it to leave it out of the report."
+            ) from None
+
+
+def _pictures(directory: Path) -> dict[str, tuple[str, str]]:
+    """{file name: (caption, the picture as a data URI)}, those of every run first."""
+    paths = [path for path in directory.glob("*.png") if not path.name.startswith(".")]
+    return {
+        path.name: (
+            PICTURES.get(path.name, f"{path.stem.replace('_', ' ').capitalize()}."),
+            f"data:image/png;base64,{b64encode(path.read_bytes()).decode()}",
+        )
+        for path in sorted(paths, key=lambda path: (path.name not in PICTURES, path.name))
+    }

@@ -1,0 +1,175 @@
+"""The small print of a report: relations between dimensions, trust, what the model leaves out, how to run it again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+
+from tolmc import units
+from tolmc.mechanism import Joint
+from tolmc.report import words
+from tolmc.report.tables import CHECKS
+from tolmc.section_estimate import section_error_estimate
+from tolmc.statistics import CONTACT_LOSS, error_budget
+from tolmc.study import Study
+
+_SCATTER = {
+    "sobol": "from the scatter among 16 independent scramblings of the Sobol' sequence",
+    "latin_hypercube": "as for independent samples, which for a Latin hypercube is on the safe side",
+    "random": "for independent samples",
+    "lots": "from the scatter among the lots",
+}
+_ON_CONTACT_LOSS = {
+    "stop": "the statistics of such a sample end there",
+    "end": "such a sample ends there",
+    "continue": "such a sample goes on as if the wall could pull, and its numbers after that instant have no physical meaning",
+}
+
+
+def relations(study: Study) -> str:
+    """Correlations and lots; empty where there are none."""
+    tolerances = study.tolerances
+    sentences = []
+    if tolerances.correlation is not None:
+        matrix = np.array(tolerances.correlation)
+        pairs = [
+            f"{units.label(tolerances.names[i])} and {units.label(tolerances.names[j])}: {words.number(matrix[i, j])}"
+            for i, j in zip(*np.nonzero(np.triu(matrix, 1)), strict=True)
+        ]
+        if pairs:
+            sentences.append(f"Correlation of {'; '.join(pairs)}.")
+    shares = [
+        f"{units.label(dimension.name)} {words.number(100 * dimension.between_lots, 3)} %"
+        for dimension in tolerances.varied
+        if dimension.between_lots
+    ]
+    if shares:
+        sentences.append(
+            f"Parts come in lots of {tolerances.lot_size}; share of the variance between lots: {words.joined(shares)}."
+        )
+    return " ".join(sentences)
+
+
+def of_sampling(samples: int, *, sampling: str, lot_size: int) -> str:
+    """What the intervals are made from, and what they do not tell."""
+    scatter = _SCATTER["lots" if lot_size > 1 and sampling != "sobol" else sampling]
+    return (
+        f"Sampling: all intervals hold with 95 % confidence and are computed {scatter}. They tell how well {samples:,} samples "
+        "know the population that the distributions above describe, not how well those describe the shop."
+    )
+
+
+def of_contact(shares: pd.DataFrame, *, is_watched: bool) -> list[str]:
+    """How many samples lost contact, and how many failed."""
+    lost = shares.loc[CONTACT_LOSS]
+    value, interval = words.share(*(lost[f"share_least{end}"] for end in ("", "_low", "_high")))
+    seen = f"Contact: the journal left the wall in {lost['out']:,.0f} samples, {value} ({interval})."
+    failed = (
+        f"Failed samples: {lost['unknown']:,.0f} have no numbers. Yields count them as out, and the intervals reach to where "
+        "they are in."
+    )
+    return ([seen] if is_watched else []) + [failed if lost["unknown"] else "Failed samples: none."]
+
+
+def of_integration(plan: Mapping, summary: pd.DataFrame) -> str:
+    """How the motions were integrated, and how large the error of that is against the sampling error."""
+    if set(summary.index) <= set(units.OUTPUTS[:3]):
+        return "Integration: none; the outputs follow from the dimensions alone."
+    sentences = [
+        f"Integration: {plan['steps']:,} steps of {plan['method']} ({plan['formulation']} form) for each motion.",
+        _pilot(plan, error_budget(summary)["ratio"]),
+    ]
+    errors = summary.loc[summary.index.isin(CHECKS) & (summary["used"] > 0), "max"]
+    if len(errors):
+        found = words.joined(f"{words.phrase(name)} {words.number(value, 2)}" for name, value in errors.items())
+        sentences.append(f"Largest relative error of the invariants over all samples: {found}.")
+    return " ".join(sentences)
+
+
+def _pilot(plan: Mapping, ratios: pd.Series) -> str:
+    if "pilot_error" not in plan:
+        allowed = words.number(plan["accuracy"])
+        return f"The study sets the step; motions with a relative energy error above {allowed} count as failed."
+    error = words.number(plan["pilot_error"], 2)
+    found = (
+        f"Halving the steps at the nominal dimensions and at the corners of the tolerances shows an error of {error}"
+    )
+    worst = ratios[np.isfinite(ratios)].max()
+    if math.isnan(worst):
+        return f"{found}, relative to the largest value."
+    judged = "does not limit these results" if worst < 0.5 else (
+        "limits at least one of these estimates; a smaller [monte_carlo] accuracy gives it more digits"
+    )  # fmt: skip
+    return (
+        f"{found}, relative to the largest value: at most {words.number(worst, 2)} of the smallest sampling error of an output "
+        f"(table). Integration {judged}."
+    )
+
+
+def limits(study: Study) -> list[str]:
+    """What the model leaves out."""
+    return [
+        "Journal, bearing and body are rigid; the contact has no friction, no lubricant film, no compliance and no impact.",
+        "The journal touches the bearing at both ends all the time. Where a contact force would turn negative the real journal "
+        f"leaves the wall: {_ON_CONTACT_LOSS[study.on_contact_loss]}.",
+        _section(study.scene.joint),
+        "Bore and journal are perfect cylinders: errors of form (roundness, straightness, coaxiality), roughness, wear and "
+        "thermal expansion have to be part of the limits of R*, r* and L.",
+        f"One motion is judged: this start, these loads, {words.quantity('status_time', study.scene.duration)}. Other starts, "
+        "other loads and longer times may be worse.",
+        "The parts follow the distributions in the table of dimensions. Other machines, worn tools or sorted parts give other "
+        "yields.",
+    ]
+
+
+def _section(joint: Joint) -> str:
+    if joint.section == "exact":
+        return (
+            "The bearing's rims touch the tilted cylinder exactly, each in one point. Contact in two points of a rim or on the "
+            "bore's surface is not covered."
+        )
+    errors = section_error_estimate(joint)
+    position, force = (words.number(100 * errors[name], 2) for name in ("position", "contact_force"))
+    return (
+        "The journal's axis rests on circles of constant radius r, which is exact at the largest tilt only. At these nominal "
+        f"dimensions that misstates the axis's position by up to {position} % and the peaks of the contact forces by about "
+        f'{force} % or less in most motions; section = "exact" in [model] does without it.'
+    )
+
+
+def reproduction(study: Study, record: Mapping) -> str:
+    """How to run the study again."""
+    files = ", ".join(study.data_files)
+    beside = f", with its data files ({files}) beside it" if files else ""
+    of_the_count = " and the number of samples" if study.sampling == "latin_hypercube" else ""
+    return (
+        f"Save the study file below as study.toml{beside}, install tolmc {record['versions']['tolmc']} and run the commands. "
+        f"Sample i depends on the seed{of_the_count} and i alone, so that the numbers come out the same for any number of "
+        "workers; with the same versions on a like machine, bit for bit."
+    )
+
+
+def commands(study: Study) -> str:
+    """The commands, a line each."""
+    run = ["tolmc", "run", "study.toml", "--samples", str(study.samples), "--seed", str(study.seed), "--out", "again"]
+    return f"{' '.join(run)}\ntolmc report again"
+
+
+def facts(record: Mapping) -> dict[str, str]:
+    """What made the numbers."""
+    machine = record.get("machine", {})
+    plan = ", ".join(f"{key} = {value}" for key, value in record["plan"].items())
+    known = {
+        "Study (SHA-256)": record["study_sha256"],
+        "Samples, sampling, seed": f"{record['samples']}, {record['sampling']}, {record['seed']}",
+        "Integration": plan,
+        "Started, finished": f"{record.get('started', '')}, {record.get('finished', '')}",
+        "Run time": f"{record['seconds']} s" if "seconds" in record else "",
+        "Machine": f"{machine['platform']}, {machine['cores']} cores" if machine else "",
+        "Versions": ", ".join(f"{name} {number}" for name, number in record["versions"].items()),
+        "Versions at the end": ", ".join(f"{n} {v}" for n, v in record.get("versions_at_finish", {}).items()),
+    }
+    return {name: value for name, value in known.items() if value.strip(", ")}

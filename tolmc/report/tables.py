@@ -1,0 +1,437 @@
+"""The tables of a report: numbers of a run as texts in cells, and as frames for CSV files."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from tolmc import units
+from tolmc.capability import ALL_REQUIREMENTS
+from tolmc.intervals import Estimate
+from tolmc.mechanism import SCALARS
+from tolmc.report import words
+from tolmc.sensitivity import INTERACTIONS, contributions
+from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS, error_budget
+from tolmc.study import Study
+
+#: Outputs that check the integration; they have a sentence in the report, not a row.
+CHECKS = ("energy_error", "constraint_error")
+INDICES = ("Cp", "Cpk", "Pp", "Ppk")
+STATISTICS = {"mean": "mean", "sd": "sd", "q0.135": "0.135 %", "q50": "median", "q99.865": "99.865 %"}
+#: Dimensions that have a column of their own: more do not fit on a page.
+_COLUMNS = 6
+_EVENTS = {ANY_REQUIREMENT: "Any requirement broken", CONTACT_LOSS: "Contact lost", "failed": "Motion not computed"}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell: its text, a second line in small print, deviations in the manner of a drawing, and more for the eye.
+
+    ``bar`` is a share from 0 to 1 that is drawn behind the text, ``tone`` one of "good", "bad", "open".
+    """
+
+    text: str
+    detail: str = ""
+    deviations: tuple[str, ...] = ()
+    bar: float | None = None
+    tone: str = ""
+
+    @property
+    def plain(self) -> str:
+        """The cell in one line."""
+        text = " ".join([self.text, "/".join(self.deviations)]).strip()
+        return f"{text} ({self.detail})" if self.detail else text
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of the report; ``name`` is that of its CSV file, ``frame`` its content."""
+
+    name: str
+    caption: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    frame: pd.DataFrame = field(repr=False)
+    #: Columns that hold words and stand to the left; all others hold numbers.
+    left: tuple[int, ...] = (0,)
+
+    @property
+    def alignment(self) -> tuple[str, ...]:
+        """What Markdown has below the header."""
+        return tuple(":--" if i in self.left else "--:" for i in range(len(self.header)))
+
+    def __bool__(self) -> bool:
+        return bool(self.rows)
+
+
+def _cells(values: Iterable[Cell | str | tuple[str, str]]) -> tuple[Cell, ...]:
+    return tuple(v if isinstance(v, Cell) else Cell(v) if isinstance(v, str) else Cell(*v) for v in values)
+
+
+def _named(name: str, detail: str = "") -> Cell:
+    return Cell(units.label(name), detail)
+
+
+def dimensions_table(study: Study) -> Table:
+    """Nominal values, limits and distributions, on the diameter where a drawing gives that."""
+    classes = _tolerance_classes(study)
+    rows, frame = [], {}
+    for dimension in study.tolerances.dimensions:
+        unit, factor = units.shown(dimension.name)
+        nominal, low, high = (factor * x for x in (dimension.nominal, dimension.lower, dimension.upper))
+        on_drawing = _on_drawing(dimension.name, nominal, low, high, classes)
+        rows.append(
+            _cells(
+                (
+                    _named(dimension.name),
+                    on_drawing,
+                    Cell(words.number(nominal, 8), deviations=words.deviations(nominal, low, high)),
+                    words.span(low, high) if high > low else words.number(nominal, 8),
+                    unit,
+                    words.distribution(dimension),
+                )
+            )
+        )
+        frame[dimension.name] = {
+            "unit": unit,
+            "drawing": on_drawing.plain,
+            "nominal": nominal,
+            "lower_limit": low,
+            "upper_limit": high,
+            "mean": factor * dimension.mean,
+            "sd": factor * dimension.sd,
+            "distribution": words.distribution(dimension),
+        }
+    return Table(
+        "dimensions",
+        "Dimensions that vary from part to part, as drawn (diameter, length) and as the model takes them (radius, half "
+        "length), and what the parts were assumed to follow between the limits.",
+        ("Dimension", "on the drawing", "in the model", "limits", "unit", "distribution of the parts"),
+        tuple(rows),
+        pd.DataFrame.from_dict(frame, orient="index").rename_axis("dimension"),
+        left=(0, 4, 5),
+    )
+
+
+def _tolerance_classes(study: Study) -> dict[str, str]:
+    """ISO 286 classes that the study names: {"bearing_radius": "40 H7"}."""
+    table = tomllib.loads(study.source)["dimensions"]
+    classes = {
+        name: entry["diameter"] for name, entry in table.items() if isinstance(entry, dict) and "diameter" in entry
+    }
+    if "fit" in table:
+        hole, shaft = table["fit"].split("/")
+        size = hole.split()[0]
+        classes |= {"bearing_radius": hole.strip(), "journal_radius": f"{size} {shaft.strip()}"}
+    return classes
+
+
+def _on_drawing(name: str, nominal: float, low: float, high: float, classes: Mapping[str, str]) -> Cell:
+    sign = "⌀" if name in ("bearing_radius", "journal_radius") else ""
+    if name in classes:
+        return Cell(f"{sign}{classes[name].lstrip('⌀Øø∅ ')}")
+    if not sign and name != "half_length":
+        return Cell(words.NOTHING)
+    return Cell(f"{sign}{words.number(2 * nominal, 8)}", deviations=words.deviations(2 * nominal, 2 * low, 2 * high))
+
+
+def constants_table(study: Study) -> Table:
+    """Scalars of the scene that are the same in every sample and not zero."""
+    varied = study.tolerances.names
+    held = {name: value for name, value in study.scene.scalars.items() if name not in varied and value != 0}
+    held = {name: held[name] for name in SCALARS if name in held}
+    rows = tuple(_cells((_named(name), words.quantity(name, value))) for name, value in held.items())
+    frame = pd.DataFrame(
+        {"unit": [units.SI[name] for name in held], "value": list(held.values())}, index=pd.Index(held, name="quantity")
+    )
+    return Table(
+        "constants", "The same in every sample; what is not named is zero.", ("Quantity", "value"), rows, frame
+    )
+
+
+def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFrame, target: float) -> Table:
+    """Yield and parts per million of every requirement and of all together, judged against a target yield."""
+    rows = []
+    for name, row in capability.iterrows():
+        counted = shares.loc[ANY_REQUIREMENT if name == ALL_REQUIREMENTS else name]
+        verdict = words.judged(_estimate(row, "yield"), target)
+        label = "All requirements" if name == ALL_REQUIREMENTS else units.label(name)
+        rows.append(
+            _cells(
+                (
+                    label,
+                    words.limits(name, counted["minimum"], counted["maximum"]),
+                    f"{counted['out'] + counted['unknown']:,.0f}",
+                    words.share(*_estimate(row, "yield")),
+                    words.estimate(*_estimate(row, "ppm")),
+                    Cell(verdict, tone=_TONE[verdict]),
+                )
+            )
+        )
+    frame = capability[[f"{key}{end}" for key in ("yield", "ppm") for end in ("", "_low", "_high")]]
+    return Table(
+        "requirements",
+        f"Yield with 95 % intervals, from {study.samples:,} samples. Met: the whole interval of the yield lies at or above "
+        f"{100 * target:.6g} %. Not met: it lies below. Not decided: it holds that value, and more samples are needed.",
+        ("Requirement", "limits", "parts out", "yield", "parts per million out", "verdict"),
+        tuple(rows),
+        frame.assign(target=target, verdict=[row[-1].text for row in rows]),
+        left=(0, 1, 5),
+    )
+
+
+_TONE = {words.MET: "good", words.BROKEN: "bad", words.OPEN: "open"}
+
+
+def capability_table(capability: pd.DataFrame, intervals: Mapping[str, Estimate]) -> Table:
+    """Capability indices and tolerance intervals (``intervals``: low, high by output, SI)."""
+    rows = []
+    found = capability.loc[list(intervals)].dropna(subset="ppm_if_normal")
+    for name, row in found.iterrows():
+        low, high = (units.shown(name)[1] * end for end in intervals[name])
+        rows.append(
+            _cells(
+                (
+                    _named(name),
+                    *(words.estimate(*_estimate(row, key), digits=3) for key in INDICES),
+                    words.number(row["ppm_if_normal"], 3),
+                    words.number(row["ppm"], 3),
+                    Cell(words.span(low, high, 3), words.unit(name)) if math.isfinite(high - low) else Cell("open"),
+                )
+            )
+        )
+    ends = pd.DataFrame(intervals, index=["tolerance_interval_low", "tolerance_interval_high"]).T
+    return Table(
+        "capability",
+        "Capability of the outputs with 95 % intervals. Cp and Pp need two limits. The indices presume a normal output: where "
+        "the parts per million that they promise differ from those counted, trust the count. Last column: where at least "
+        "99.73 % of all parts lie, with 95 % confidence, whatever the distribution (open: too few samples to tell).",
+        ("Output", *INDICES, "ppm if normal", "ppm counted", "99.73 % of parts"),
+        tuple(rows),
+        found.join(ends),
+    )
+
+
+def outputs_table(summary: pd.DataFrame) -> Table:
+    """Estimates of every output with their intervals."""
+    shown = summary[(summary["used"] > 0) & ~summary.index.isin(CHECKS)]
+    rows = []
+    for name, row in shown.iterrows():
+        factor = units.shown(name)[1]
+        rows.append(
+            _cells(
+                (
+                    _named(name, words.unit(name)),
+                    *(words.estimate(*_estimate(row, key), factor=factor) for key in STATISTICS),
+                )
+            )
+        )
+    return Table(
+        "outputs",
+        "What the outputs do over all samples, each estimate with its 95 % interval (±: half its width, where that is below "
+        "the digits shown). 0.135 % and 99.865 % are the quantiles between which 99.73 % of the parts lie.",
+        ("Output", *STATISTICS.values()),
+        tuple(rows),
+        _in_shown_units(summary),
+    )
+
+
+def _in_shown_units(summary: pd.DataFrame) -> pd.DataFrame:
+    values = [*STATISTICS, "min", "max", "q5", "q95"]
+    frame = summary[["samples", "used", "failed", *(f"{key}{end}" for key in values for end in ("", "_low", "_high"))]]
+    frame = frame.astype(dict.fromkeys(frame.columns[3:], float))
+    factors = np.array([units.shown(name)[1] for name in frame.index])
+    frame = frame.assign(**{column: frame[column] * factors for column in frame.columns[3:]})
+    frame.insert(0, "unit", [units.shown(name)[0] for name in frame.index])
+    return frame
+
+
+def contributions_table(indices: pd.DataFrame, directions: pd.DataFrame, *, are_correlated: bool) -> Table:
+    """Share of every output's variance that each dimension contributes.
+
+    ``indices`` are from :func:`tolmc.sensitivity.first_order`, ``directions`` from
+    :func:`tolmc.sensitivity.rank_correlation`.
+    """
+    percent = contributions(indices).dropna(how="all")
+    dimensions, others = _foremost(percent.drop(columns=INTERACTIONS).max())
+    rows = []
+    for name, row in percent.iterrows():
+        cells = [_percent(row[d], _direction(directions.at[(name, d), "correlation"])) for d in dimensions]
+        cells += [_percent(row[others].sum())] if others else []
+        rows.append((_named(name), *cells, _percent(row[INTERACTIONS])))
+    labels = [units.label(dimension) for dimension in dimensions] + (["Others"] if others else [])
+    rest = "Interactions and correlation" if are_correlated else "Interactions"
+    half = 50 * (indices["first_high"] - indices["first_low"])
+    return Table(
+        "contributions",
+        "Contribution of each dimension to the variance of each output. ↑: the output rises with the dimension, ↓: it falls. "
+        f"{rest}: what no dimension contributes alone. Sampling leaves the entries uncertain by up to "
+        f"±{words.number(half[np.isfinite(half)].max(), 2)} percentage points.",
+        ("Output", *labels, rest),
+        tuple(rows),
+        indices.join(directions.drop(columns="used")),
+    )
+
+
+def _foremost(weight: pd.Series) -> tuple[list[str], list[str]]:
+    """The names that have a column, in their order, and those for which the page is too narrow."""
+    chosen = weight.nlargest(_COLUMNS).index
+    return [name for name in weight.index if name in chosen], [name for name in weight.index if name not in chosen]
+
+
+def _percent(value: float, sign: str = "") -> Cell:
+    text = f"{round(value, 1) + 0.0:.1f} %".replace("-", words.MINUS)
+    return Cell(f"{sign}{text}", bar=min(max(value / 100, 0.0), 1.0))
+
+
+def _direction(correlation: float) -> str:
+    if math.isnan(correlation) or abs(correlation) < 0.05:
+        return ""
+    return "↑ " if correlation > 0 else "↓ "
+
+
+def failures_table(sources: pd.DataFrame, inputs: Iterable[str]) -> Table:
+    """Where in each dimension the samples that break a requirement, lose contact or fail lie."""
+    happened = sources[sources["events"] > 0]
+    strongest = happened["distance"].groupby("dimension").max()
+    dimensions, _ = _foremost(strongest.reindex([name for name in inputs if name in strongest]))
+    rows = []
+    for event in happened.index.unique("event"):
+        found = happened.loc[event]
+        cells = (
+            Cell(f"{found.at[d, 'distance']:.2f}", _place(found.loc[d]), bar=found.at[d, "distance"])
+            for d in dimensions
+        )
+        label = _EVENTS.get(event) or f"{units.label(event)} out"
+        rows.append((Cell(label), Cell(f"{found['events'].iloc[0]:,}"), *cells))
+    return Table(
+        "failures",
+        "Where the failures come from: how far a dimension's distribution in the failures lies from that in all other samples, "
+        "0 (it has nothing to do with them) to 1 (a value of it separates them), and where most of them lie.",
+        ("Failure", "samples", *(units.label(dimension) for dimension in dimensions)),
+        tuple(rows),
+        sources.drop(columns="finding"),
+    )
+
+
+def _place(row: pd.Series) -> str:
+    if row["where"] not in words.PLACES:
+        return "could be chance"
+    return words.PLACES[row["where"]].format(share=f"{100 * row['share']:.0f} %")
+
+
+def budget_table(summary: pd.DataFrame) -> Table:
+    """Integration error beside the half-widths of the sampling intervals."""
+    budget = error_budget(summary).dropna(subset="integration")
+    rows = []
+    for name, row in budget.iterrows():
+        factor = units.shown(name)[1]
+        errors = (_error(row[key] * factor) for key in ("integration", "mean", "sd", "q99.865"))
+        rows.append(_cells((f"{units.label(name)} ({words.unit(name)})", *errors, words.number(row["ratio"], 2))))
+    return Table(
+        "error_budget",
+        "Error budget, ±: integration error beside half the 95 % interval of three estimates. Ratio: integration error over "
+        "the smallest of the sampling errors. Open: too few samples to tell.",
+        ("Output", "integration", "mean", "sd", "99.865 %", "ratio"),
+        tuple(rows),
+        budget,
+    )
+
+
+def _error(value: float) -> str:
+    return "open" if math.isinf(value) else words.number(value, 2)
+
+
+def statuses_table(statuses: pd.DataFrame) -> Table:
+    """What became of the samples."""
+    rows = tuple(
+        _cells((str(status), f"{row['count']:,.0f}", words.share(*_estimate(row, "share"))))
+        for status, row in statuses.iterrows()
+    )
+    return Table("statuses", "What became of the samples.", ("Status", "samples", "share"), rows, statuses)
+
+
+def stackup_table(stackup: pd.DataFrame) -> Table:
+    """Worst case, root sum square, Monte Carlo and the accelerated estimate side by side: the limits of each output."""
+    stackup = stackup.drop(index=list(CHECKS), level="output", errors="ignore")
+    kinds = {"worst_case": "worst case", "root_sum_square": "root sum square", "monte_carlo": "Monte Carlo"}
+    if stackup["accelerated"].notna().any():
+        kinds["accelerated"] = "accelerated"
+    rows = [
+        _side_by_side(name, answers.droplevel("output"), kinds)
+        for name, answers in stackup.groupby("output", sort=False)
+    ]
+    return Table(
+        "stackup",
+        "The limits of each output by worst case (all parts), and by the other methods (99.73 % of the parts). Small print: "
+        "how far worst case and root sum square are from Monte Carlo, in percent of the distance of its limits. Verdict on "
+        "root sum square: it misleads where it leaves the intervals of the Monte Carlo limits by more than 2 %.",
+        ("Output", *kinds.values(), "verdict"),
+        tuple(rows),
+        stackup,
+        left=(0, len(kinds) + 1),
+    )
+
+
+def _side_by_side(name: str, answers: pd.DataFrame, kinds: Iterable[str]) -> tuple[Cell, ...]:
+    ends, factor = answers.loc[["lower limit", "upper limit"]], units.shown(name)[1]
+    error, excess = ends["error_percent"].abs().max(), ends["excess_percent"].max()
+    details = {
+        "worst_case": f"{words.number(excess, 2)} % wider",
+        "root_sum_square": f"off by up to {words.number(error, 2)} %",
+    }
+    cells = []
+    for kind in kinds:
+        low, high = ends[kind] * factor
+        is_known = math.isfinite(error) and math.isfinite(high - low) and high > low
+        cells.append(Cell(words.span(low, high, 3), details.get(kind, "")) if is_known else Cell(words.NOTHING))
+    return (_named(name, words.unit(name)), *cells, _linear_verdict(ends["verdict"]))
+
+
+def _linear_verdict(verdicts: pd.Series) -> Cell:
+    """On root sum square, from the sentences of :func:`tolmc.stackup.side_by_side`."""
+    for part, verdict in (("square misleads", _MISLEADS), ("known", Cell(words.NOTHING)), ("too small", _UNDECIDED)):
+        if verdicts.str.contains(part).any():
+            return verdict
+    return Cell(words.NOTHING) if verdicts.eq("does not vary").any() else _GOOD_ENOUGH
+
+
+_MISLEADS, _UNDECIDED = Cell("misleads", tone="bad"), Cell(words.OPEN, tone="open")
+_GOOD_ENOUGH = Cell("good enough", tone="good")
+
+
+def indices_table(indices: pd.DataFrame, outputs: Iterable[str]) -> Table:
+    """Sobol' indices of the ``outputs``: a row for the first order and one for the total of each."""
+    known = indices.dropna(subset="first")
+    strongest = known["total"].groupby("dimension", sort=False).max()
+    dimensions, _ = _foremost(strongest)
+    rows = [
+        _cells(
+            (
+                units.label(output),
+                order,
+                *(words.estimate(*_estimate(known.loc[(output, d)], column), digits=3) for d in dimensions),
+            )
+        )
+        for output in outputs
+        if output in known.index.unique("output")
+        for column, order in (("first", "first order"), ("total", "total"))
+    ]
+    return Table(
+        "sobol_indices",
+        "Sobol' indices with 95 % intervals. First order: the share of the variance that vanishes when the dimension is made "
+        "exactly. Total: the share that remains when all others are.",
+        ("Output", "index", *(units.label(dimension) for dimension in dimensions)),
+        tuple(rows),
+        indices,
+        left=(0, 1),
+    )
+
+
+def _estimate(row: Mapping[str, float], key: str) -> Estimate:
+    return Estimate(row[key], row[f"{key}_low"], row[f"{key}_high"])

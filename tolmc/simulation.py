@@ -1,0 +1,775 @@
+"""From scenes to numbers: packs parameters, chooses the step, calls the kernels. The only gate into them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+
+from tolmc import geometry
+from tolmc.kernels import ensemble, models, published
+from tolmc.kernels import parameters as P
+from tolmc.kernels.runge_kutta import TABLEAUX
+from tolmc.mechanism import SCALARS, Scene
+from tolmc.step_statistics import POSITIONS, Sampled
+
+FORMULATIONS = ("slope", "published", "published-regular")
+METHODS = tuple(TABLEAUX)
+ON_CONTACT_LOSS = {"stop": ensemble.STOP, "continue": ensemble.CONTINUE, "end": ensemble.END}
+
+GEOMETRY_OUTPUTS = ("tilt_angle", "effective_radius", "approximate_radius")
+_FORCE_ROWS = {
+    "contact_force_D_max": ensemble.D_MAX,
+    "contact_force_D_min": ensemble.D_MIN,
+    "contact_force_D_mean": ensemble.D_MEAN,
+    "contact_force_D_rms": ensemble.D_RMS,
+    "contact_force_E_max": ensemble.E_MAX,
+    "contact_force_E_min": ensemble.E_MIN,
+    "contact_force_E_mean": ensemble.E_MEAN,
+    "contact_force_E_rms": ensemble.E_RMS,
+    "tilt_max": ensemble.TILT_MAX,
+    "contact_loss_time": ensemble.LOSS_TIME,
+}
+_MOTION_ROWS = {"energy_error": ensemble.ENERGY_ERROR, "constraint_error": ensemble.CONSTRAINT_ERROR}
+#: State at the end of the motion; computed only on request.
+END_OUTPUTS = ("origin_x_end", "origin_y_end", "axis_x_end", "axis_y_end", "axis_z_end")
+_END_ROWS = dict(zip(END_OUTPUTS, range(ensemble.ORIGIN_X, ensemble.AXIS_Z + 1), strict=True))
+_ROWS = {**_FORCE_ROWS, **_MOTION_ROWS, **_END_ROWS}
+
+#: Output columns of :func:`simulate_many` in their order.
+OUTPUTS = (*GEOMETRY_OUTPUTS, *_FORCE_ROWS, *_MOTION_ROWS)
+
+#: Accuracy aimed at when nothing is said, relative to r, to 1 (axis), to the largest contact force and to the energy.
+DEFAULT_ACCURACY = 1e-7
+#: Energy error above which a sample counts as inaccurate when the step is given and no accuracy is stated.
+COARSE_ACCURACY = 1e-4
+
+# Codes of a sample's status; the first three are the kernels' own.
+_INACCURATE, _INVALID, _BODY_INVALID, _SINGULAR_PSI, _SINGULAR_TILT, _SINGULAR_THETA = range(3, 9)
+#: Every status in words, in the order of the codes.
+STATUSES = (
+    "ok",
+    "contact lost",
+    "diverged",
+    "inaccurate",
+    "geometry invalid",
+    "body invalid",
+    "singular: psi = k pi/2",
+    "singular: X0 = Y0 = 0",
+    "singular: theta = 0",
+)
+_WORDS = np.array(STATUSES, dtype=object)
+_PUBLISHED_STATUS = {
+    published.SINGULAR_PSI: _SINGULAR_PSI,
+    published.SINGULAR_MAXIMUM_TILT: _SINGULAR_TILT,
+    published.SINGULAR_THETA: _SINGULAR_THETA,
+    published.DIVERGED: ensemble.DIVERGED,
+}
+
+_CHUNK = 4096  # samples a call of a kernel: its parameters and results stay in the second-level cache
+_MOST_STEPS = 2_000_000
+_ATTEMPTS = 5  # runs of a lane whose loss of contact only its refined extrema decide
+_PILOT_SHARE = 0.3  # the pilot aims below the stated accuracy, for samples between its corners
+
+
+@dataclass(frozen=True)
+class Features:
+    """What the kernels must compute; what is False is not compiled into them."""
+
+    general: bool = False
+    axial: bool = False
+    exact: bool = False
+    load: bool = True
+
+    @property
+    def model(self) -> tuple[int | None, int | None, int | None]:
+        """general, axial, exact as the kernels' specialising arguments."""
+        return 1 if self.general else None, 1 if self.axial else None, 1 if self.exact else None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a scene is integrated: formulation, method, number of equal steps, and the accuracy it is judged by.
+
+    One plan serves a whole study: all its samples run through the same kernel, so that a block of samples, or one alone,
+    repeats bitwise.
+    """
+
+    formulation: str
+    method: str
+    steps: int
+    accuracy: float
+    #: Largest error that step halving showed on the pilot's motions (NaN when the step was given).
+    pilot_error: float = math.nan
+    features: Features = Features()
+    #: Whether every sample is integrated once more with twice the steps, and judged by the difference too.
+    halving: bool = False
+
+    def __post_init__(self) -> None:
+        if isinstance(self.features, Mapping):  # as read back from a file
+            object.__setattr__(self, "features", Features(**self.features))
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """One motion, a row a step; the last row is at the scene's duration exactly.
+
+    ``time`` (n,) s, ``origin`` (n, 2) m, ``axis`` (n, 3), ``contact_force`` (n, 2) N_D and N_E in N, ``multipliers`` (n, 2) in
+    the formulation's own rows, ``tilt`` (n,) rad, ``energy`` (n,) J, ``status`` "ok" or what happened and when.
+    """
+
+    time: np.ndarray
+    origin: np.ndarray
+    axis: np.ndarray
+    contact_force: np.ndarray
+    multipliers: np.ndarray
+    tilt: np.ndarray
+    energy: np.ndarray
+    status: str
+
+    def to_frame(self) -> pd.DataFrame:
+        """The trajectory as a table, SI units."""
+        return pd.DataFrame(
+            {
+                "time": self.time,
+                "origin_x": self.origin[:, 0],
+                "origin_y": self.origin[:, 1],
+                **{f"axis_{c}": self.axis[:, i] for i, c in enumerate("xyz")},
+                "contact_force_D": self.contact_force[:, 0],
+                "contact_force_E": self.contact_force[:, 1],
+                "tilt": self.tilt,
+                "energy": self.energy,
+            }
+        )
+
+
+def _choice(name: str, value, allowed: Sequence[str]) -> str:
+    if value not in allowed:
+        raise ValueError(f"{name} = {value!r} is unknown; allowed: {', '.join(allowed)}.")
+    return value
+
+
+def _positive(name: str, value) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a number, got {value!r}.") from None
+    if not (math.isfinite(number) and number > 0):
+        raise ValueError(f"{name} = {value!r} is out of range; allowed: a finite number > 0.")
+    return number
+
+
+def step_count(duration: float, step: float) -> int:
+    """Number of equal steps of at most ``step`` (s) that end at ``duration`` exactly."""
+    steps = max(1, math.ceil(duration / _positive("step", step) * (1 - 1e-12)))
+    if steps > 10**9:
+        raise ValueError(f"step = {step!r} s asks for {steps} steps over {duration!r} s; allowed: at most 1e9 steps.")
+    return steps
+
+
+def _scalars(scene: Scene, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray | float]:
+    return {**scene.scalars, **columns}
+
+
+def _raw(values: Mapping[str, np.ndarray | float], n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Parameter array (parameters.COUNT, n) and the code of each sample: OK, or why it cannot be integrated."""
+    raw = np.empty((P.COUNT, n))
+    rows = {name: row for row, name in enumerate(SCALARS[3:], start=P.MASS)}
+    rows |= {
+        "half_length": P.HALF_LENGTH,
+        "bearing_radius": P.BEARING_RADIUS,
+        "journal_radius": P.JOURNAL_RADIUS,
+    }
+    finite = np.ones(n, bool)
+    for name, row in rows.items():
+        raw[row] = values[name]
+        finite &= np.isfinite(values[name])
+    large, small, length = raw[P.BEARING_RADIUS], raw[P.JOURNAL_RADIUS], raw[P.HALF_LENGTH]
+    joint = np.isfinite(large) & np.isfinite(small) & np.isfinite(length) & (small > 0) & (small < large) & (length > 0)
+    code = np.where(joint, np.where(finite, ensemble.OK, _BODY_INVALID), _INVALID)
+    if any(np.ndim(values[name]) for name in _BODY_SCALARS):
+        inside = code == ensemble.OK
+        code[inside] = np.where(_is_body(raw[:, inside]), ensemble.OK, _BODY_INVALID)
+    raw[P.RADIUS] = np.nan
+    if joint.any():
+        raw[P.RADIUS, joint] = geometry.effective_radius(large[joint], small[joint], length[joint])
+    raw[P.LOAD_ENERGY] = _load_energy(raw)
+    return raw, code
+
+
+def _is_body(raw: np.ndarray) -> np.ndarray:
+    """Which columns hold a mass and an inertia that a body can have, by the rules of mechanism.Body."""
+    mass, c = raw[P.MASS], raw[P.COM_X : P.COM_Z + 1].T
+    entries = [P.J_XX, P.J_XY, P.J_XZ, P.J_XY, P.J_YY, P.J_YZ, P.J_XZ, P.J_YZ, P.J_ZZ]
+    inertia = raw[entries].T.reshape(-1, 3, 3)
+    shift = np.einsum("ni,ni->n", c, c)[:, None, None] * np.eye(3) - c[:, :, None] * c[:, None, :]
+    moments = np.linalg.eigvalsh(inertia - mass[:, None, None] * shift)
+    slack = 1e-9 * np.abs(inertia).max(axis=(1, 2))
+    return (mass > 0) & (moments[:, 0] >= -slack) & (moments[:, 2] <= moments[:, 0] + moments[:, 1] + slack)
+
+
+def _load_energy(raw: np.ndarray) -> np.ndarray:
+    """Size of the potential energy's variation, J: r |F_h| + r/L |G_h| + (r/L)^2 |G_z|/2 with G = sum z_i F_i."""
+    weight = raw[P.MASS] * raw[P.GRAVITY_X : P.GRAVITY_Z + 1]
+    force = raw[P.FORCE_X : P.FORCE_Z + 1]
+    r, slope = raw[P.RADIUS], raw[P.RADIUS] / raw[P.HALF_LENGTH]
+    lever = np.abs(raw[P.COM_Z] * weight) + np.abs(raw[P.POINT_Z] * force)
+    horizontal = np.abs(weight[:2] + force[:2]).sum(axis=0)
+    return r * horizontal + slope * lever[:2].sum(axis=0) + 0.5 * slope**2 * lever[2]
+
+
+_BODY_SCALARS = tuple(name for name in SCALARS if name.startswith(("mass", "center_of_mass", "inertia")))
+_UNSYMMETRIC = {
+    "center_of_mass_x", "center_of_mass_y", "inertia_xy", "inertia_xz", "inertia_yz", "inertia_xx", "inertia_yy",
+    "torque_x", "torque_y", "torque_z", "force_point_x", "force_point_y",
+}  # fmt: skip
+
+
+def _features(scene: Scene, varied: set[str], pose: bool) -> Features:
+    """What the kernels must compute for a scene whose scalars ``varied`` vary from sample to sample.
+
+    ``general``: the body is not symmetric, or a load turns with it or has a moment along its axis; ``axial``: all load is
+    axial and nobody asks for the ``pose`` itself; ``exact``: the section is exact; ``load``: there is any load.
+    """
+    body, loads = scene.body, scene.loads
+    names = {f"{load}_{axis}" for load in ("gravity", "force", "torque") for axis in "xyz"}
+    present = {name for name in names if scene.scalars[name]} | (varied & names)
+    force = any(name.startswith("force") for name in present)
+    off_axis = force and loads.force_point is not None and any(loads.force_point[:2])
+    torque = any(name.startswith("torque") for name in present)
+    general = not body.is_symmetric or off_axis or torque or bool(varied & _UNSYMMETRIC)
+    transverse = any(not name.endswith("_z") for name in present)
+    exact = scene.joint.section == "exact"
+    if general and not scene.scalars["inertia_zz"] > 0:
+        raise ValueError(
+            "Body: inertia[2, 2] = 0 kg m^2 has no spin dynamics under this body or load; allowed: > 0 unless the body is "
+            "symmetric about the journal's axis and no load has a moment along it. Give the journal's own inertia."
+        )
+    return Features(general, not (general or transverse or pose or exact), exact, bool(present))
+
+
+def _integrate(raw, plan: Plan, forces: bool, duration: float, on_loss: int, project_energy: bool) -> np.ndarray:
+    """Results (ensemble.RESULTS, n) of the columns of ``raw``; lanes that ask for it are run again as they ask."""
+    n = raw.shape[1]
+    out = np.empty((ensemble.RESULTS, n))
+    features = plan.features
+    force, at, ignore = np.full(n, -1), np.zeros(n), np.full(n, -1)
+    lanes = np.arange(n)
+    for attempt in range(_ATTEMPTS):
+        if attempt == _ATTEMPTS - 1:
+            force[lanes], ignore[lanes] = -1, plan.steps
+        part = out if len(lanes) == n else np.empty((ensemble.RESULTS, len(lanes)))
+        ensemble.integrate(
+            raw if len(lanes) == n else np.ascontiguousarray(raw[:, lanes]),
+            plan.steps, duration, on_loss, project_energy, force[lanes], at[lanes], ignore[lanes], part,
+            *features.model, 1 if plan.method == "rk4" else None, 1 if features.load else None, 1 if forces else None,
+        )  # fmt: skip
+        if part is not out:
+            out[:, lanes] = part
+        lanes = np.flatnonzero(out[ensemble.STATUS] == ensemble.RERUN)
+        if not len(lanes):
+            break
+        force[lanes], at[lanes] = out[ensemble.RERUN_FORCE, lanes].astype(np.int64), out[ensemble.RERUN_AT, lanes]
+        ignore[lanes] = np.maximum(ignore[lanes], out[ensemble.RERUN_IGNORE, lanes].astype(np.int64))
+    return out
+
+
+@dataclass(frozen=True)
+class _Records:
+    """A motion in the paper's coordinates at the ends of its steps; rows after the last valid one are NaN."""
+
+    status: int
+    rows: int
+    q: np.ndarray
+    qd: np.ndarray
+    axis: np.ndarray
+    contact_force: np.ndarray
+    multipliers: np.ndarray
+    energy: np.ndarray
+
+
+def _published_records(parameters: np.ndarray, plan: Plan, duration: float) -> _Records:
+    tableau, n = TABLEAUX[plan.method], plan.steps + 1
+    q, qd, axis = np.empty((n, 5)), np.empty((n, 5)), np.empty((n, 3))
+    force, multipliers, energy = np.empty((n, 2)), np.empty((n, 2)), np.empty(n)
+    q[0], qd[0] = published.start(parameters)
+    regular = plan.formulation == "published-regular"
+    status, rows = published.integrate(
+        parameters, duration / plan.steps, tableau.matrix, tableau.b, regular, q, qd, axis, force, multipliers, energy
+    )
+    return _Records(status, rows, q, qd, axis, force, multipliers, energy)
+
+
+def _published_results(raw, plan: Plan, forces: bool, duration: float, on_loss: int) -> np.ndarray:
+    """Results (ensemble.RESULTS, n) of the columns of ``raw`` in the paper's coordinates.
+
+    One motion after the other: these formulations are for comparison. A motion that ends at a singular set has no
+    statistics; its status says which set, its end time when.
+    """
+    out = np.full((ensemble.RESULTS, raw.shape[1]), np.nan)
+    tableau, step = TABLEAUX[plan.method], duration / plan.steps
+    regular = plan.formulation == "published-regular"
+    for i in range(raw.shape[1]):
+        parameters = np.ascontiguousarray(raw[:, i])
+        records = _published_records(parameters, plan, duration)
+        status, rows = records.status, records.rows
+        inner_force = np.empty((plan.steps, len(POSITIONS), 2))
+        inner_axis = np.empty((plan.steps, len(POSITIONS), 3))
+        if status == published.OK and forces:
+            inner_origin = np.empty((plan.steps, len(POSITIONS), 2))
+            status = published.sample_steps(
+                parameters, step, tableau.matrix, tableau.b, regular, records.q, records.qd, POSITIONS,
+                inner_origin, inner_axis, inner_force,
+            )  # fmt: skip
+            if status != published.OK:
+                rows = 1 + int(np.argmax(np.isnan(inner_force).any(axis=(1, 2))))
+        if status != published.OK:
+            out[ensemble.STATUS, i] = _PUBLISHED_STATUS[status]
+            out[ensemble.END_TIME, i] = max(rows - 1, 0) * step
+            continue
+        kinetic = np.ptp(records.energy)
+        scale = _kinetic_scale(records, parameters)
+        out[ensemble.ENERGY_ERROR, i] = np.abs(records.energy - records.energy[0]).max() / scale if kinetic else 0.0
+        d, e, r = *_ends(records, parameters), parameters[P.RADIUS]
+        out[ensemble.CONSTRAINT_ERROR, i] = max(np.abs(np.hypot(*end.T) / r - 1).max() for end in (d, e))
+        out[ensemble.ORIGIN_X : ensemble.ORIGIN_Y + 1, i] = records.q[-1, :2]
+        out[ensemble.AXIS_X : ensemble.AXIS_Z + 1, i] = records.axis[-1]
+        out[ensemble.END_TIME, i], out[ensemble.STATUS, i] = duration, ensemble.OK
+        if not forces:
+            continue
+        tilt = Sampled(_tilt(records.axis), _tilt(inner_axis), step)
+        sides = [Sampled(records.contact_force[:, k], inner_force[:, :, k], step) for k in range(2)]
+        losses = [side.first_root() for side in sides]
+        loss = np.nan if np.isnan(losses).all() else float(np.nanmin(losses))
+        until = duration if np.isnan(loss) or on_loss == ensemble.CONTINUE else loss
+        for k, side in enumerate(sides):
+            mean = side.integral(until) / until if until > 0 else side.records[0]
+            square = side.squared().integral(until) / until if until > 0 else side.records[0] ** 2
+            out[4 * k : 4 * k + 4, i] = side.maximum(until), -side.negative().maximum(until), mean, math.sqrt(square)
+        out[ensemble.TILT_MAX, i] = tilt.maximum(until if on_loss == ensemble.END else duration)
+        out[ensemble.LOSS_TIME, i] = loss
+        if not np.isnan(loss):
+            out[ensemble.STATUS, i], out[ensemble.END_TIME, i] = ensemble.CONTACT_LOST, loss
+    return out
+
+
+def _tilt(axis: np.ndarray) -> np.ndarray:
+    return np.arctan2(np.hypot(axis[..., 0], axis[..., 1]), axis[..., 2])
+
+
+def _ends(records: _Records, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """D and E at the records, (n, 2) each."""
+    offset = parameters[P.HALF_LENGTH] * records.axis[:, :2] / records.axis[:, 2:]
+    return records.q[:, :2] + offset, records.q[:, :2] - offset
+
+
+def _kinetic_scale(records: _Records, parameters: np.ndarray) -> float:
+    """Largest kinetic energy of a motion, J; without C Omega^2/2 where the body is symmetric, as in slope coordinates."""
+    body = published.body_matrix(parameters)
+    symmetric = parameters[P.COM_X] == parameters[P.COM_Y] == 0 and parameters[P.J_XX] == parameters[P.J_YY]
+    symmetric = symmetric and not parameters[[P.J_XY, P.J_XZ, P.J_YZ]].any()
+    spin = 0.5 * parameters[P.J_ZZ] * parameters[P.SPIN_RATE] ** 2 if symmetric else 0.0
+    kinetic = [0.5 * v @ published.mass_matrix(x, body)[0] @ v for x, v in zip(records.q, records.qd, strict=True)]
+    return max(max(kinetic) - spin, np.finfo(float).tiny)
+
+
+def _difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, forces: bool) -> np.ndarray:
+    """Relative difference of two results, a number a sample: end of the motion, energy, and forces if there are any."""
+    end = slice(ensemble.ORIGIN_X, ensemble.ORIGIN_Y + 1)
+    axis = slice(ensemble.AXIS_X, ensemble.AXIS_Z + 1)
+    worst = np.maximum(
+        np.abs(coarse[end] - fine[end]).max(axis=0) / radius, np.abs(coarse[axis] - fine[axis]).max(axis=0)
+    )
+    worst = np.maximum(worst, coarse[ensemble.ENERGY_ERROR])
+    if forces:
+        same = coarse[ensemble.STATUS] == fine[ensemble.STATUS]
+        scale = np.maximum(fine[ensemble.D_MAX], fine[ensemble.E_MAX])
+        # Where one of the two loses contact and the other just not, their statistics do not measure the integration.
+        tilt = np.abs(coarse[ensemble.TILT_MAX] - fine[ensemble.TILT_MAX])
+        worst = np.maximum(worst, np.where(same, tilt, 0.0))
+        force = np.abs(coarse[: ensemble.E_RMS + 1] - fine[: ensemble.E_RMS + 1]).max(axis=0)
+        force = np.divide(force, scale, out=np.zeros_like(force), where=scale > 0)
+        worst = np.where(same, np.maximum(worst, force), worst)
+    return np.where(np.isfinite(worst), worst, np.inf)
+
+
+def _first_guess(raw: np.ndarray, duration: float) -> int:
+    """Steps for half a radian of the fastest of the motion's rates: polar rates, pendulum and gyroscopic frequency."""
+    r, mass = raw[P.RADIUS], raw[P.MASS]
+    load = sum(
+        np.abs(mass * raw[P.GRAVITY_X + i] + raw[P.FORCE_X + i]) + np.abs(raw[P.TORQUE_X + i]) / raw[P.HALF_LENGTH]
+        for i in range(3)
+    )
+    transverse = np.minimum(raw[P.J_XX], raw[P.J_YY]) + 1e-3 * mass * raw[P.HALF_LENGTH] ** 2
+    rate = np.maximum(np.abs(raw[P.ALPHA_RATE]), np.abs(raw[P.BETA_RATE])) + np.sqrt(load / (mass * r))
+    rate = rate + np.abs(raw[P.J_ZZ] * raw[P.SPIN_RATE]) / transverse
+    rate = float(np.max(rate[np.isfinite(rate)], initial=1.0 / duration))
+    return math.ceil(min(max(4.0, 0.5 * rate * duration), _MOST_STEPS // 4))
+
+
+def _pilot(raw, method, accuracy, features, forces, duration, on_loss, project_energy) -> Plan:
+    """Fewest steps of ``method`` with which every column of ``raw`` meets ``accuracy`` by step halving."""
+    target = _PILOT_SHARE * accuracy
+    order = TABLEAUX[method].order
+
+    def results(steps):
+        plan = Plan("slope", method, steps, accuracy, features=features)
+        return _integrate(raw, plan, forces, duration, on_loss, project_energy)
+
+    steps = _first_guess(raw, duration)
+    coarse = results(steps)
+    while True:
+        fine = results(2 * steps)
+        error = float(_difference(coarse, fine, raw[P.RADIUS], forces).max())
+        if error <= target:
+            return Plan("slope", method, steps, accuracy, error, features)
+        if 2 * steps >= _MOST_STEPS:
+            return Plan("slope", method, 2 * steps, accuracy, error, features)
+        if error < 1e-2:
+            # Within the range where the order holds, go straight to the number of steps that it asks for.
+            wanted = math.ceil(1.05 * steps * (error / target) ** (1 / order))
+            if wanted < 2 * steps:
+                steps = max(wanted, steps + 1)
+                coarse = results(steps)
+                continue
+        steps, coarse = 2 * steps, fine
+
+
+def _corners(scene: Scene, bounds: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
+    """The nominal sample and the corners of the box (of its first six sides; the others at both ends one at a time)."""
+    sides = [name for name, (low, high) in bounds.items() if low != high]
+    nominal = {name: scene.scalars[name] if name in sides else low for name, (low, _) in bounds.items()}
+    points = [nominal]
+    points += [nominal | dict(zip(sides[:6], c, strict=True)) for c in product(*(bounds[s] for s in sides[:6]))]
+    points += [nominal | {side: end} for side in sides[6:] for end in bounds[side]]
+    return {name: np.array([p[name] for p in points]) for name in bounds}
+
+
+def plan_integration(
+    scene: Scene,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    *,
+    step: float | None = None,
+    method: str = "rk8",
+    formulation: str = "slope",
+    accuracy: float | None = None,
+    outputs: Sequence[str] | None = None,
+    on_contact_loss: str = "stop",
+    project_energy: bool = False,
+    halving: bool = False,
+) -> Plan:
+    """Choose step and method for a scene whose scalars vary within ``bounds``.
+
+    With ``step=None`` a pilot integrates the nominal and the corner dimensions with n and 2 n steps and takes the least n
+    for which the reported quantities (end of the motion, statistics of the contact forces if they are asked for, energy)
+    agree to ``accuracy``; ``method="auto"`` takes the method with the fewest evaluations.
+
+    Parameters
+    ----------
+    bounds : mapping from names in mechanism.SCALARS to (low, high), SI units
+    step : float, s, or None
+    accuracy : float
+        Relative to r, to the largest contact force and to the energy. Default 1e-7 (with a given step: 1e-4, only judged).
+
+    Raises
+    ------
+    ValueError
+        Unknown names, or values out of range.
+    """
+    _choice("formulation", formulation, FORMULATIONS)
+    _choice("method", method, (*METHODS, "auto"))
+    _choice("on_contact_loss", on_contact_loss, tuple(ON_CONTACT_LOSS))
+    if formulation != "slope" and scene.joint.section == "exact":
+        raise ValueError(f"formulation = {formulation!r} knows the circle only; with section = 'exact' use 'slope'.")
+    if formulation != "slope" and (project_energy or halving):
+        raise ValueError(f"project_energy and halving need formulation = 'slope', got {formulation!r}.")
+    forces = wants_forces(outputs)
+    if accuracy is not None:
+        accuracy = _positive("accuracy", accuracy)
+    bounds = dict(bounds or {})
+    for name in bounds:
+        _choice("bounds", name, SCALARS)
+    varied = {name for name, (low, high) in bounds.items() if not low == high == scene.scalars[name]}
+    features = _features(scene, varied, wants_pose(outputs))
+    chosen = "rk8" if method == "auto" else method
+    if step is not None:
+        steps = step_count(scene.duration, step)
+        return Plan(formulation, chosen, steps, accuracy or COARSE_ACCURACY, features=features, halving=halving)
+    accuracy = accuracy or DEFAULT_ACCURACY
+    columns = _corners(scene, bounds)
+    raw, code = _raw(_scalars(scene, columns), max((len(c) for c in columns.values()), default=1))
+    if not (code == ensemble.OK).any():
+        return Plan(formulation, chosen, 1, accuracy, features=features)
+    raw = np.ascontiguousarray(raw[:, code == ensemble.OK])
+    loss = ON_CONTACT_LOSS[on_contact_loss]
+    plans = [
+        _pilot(raw, name, accuracy, features, forces, scene.duration, loss, project_energy)
+        for name in (METHODS if method == "auto" else (method,))
+    ]
+    best = min(plans, key=lambda plan: plan.steps * TABLEAUX[plan.method].stages)
+    return replace(best, formulation=formulation, halving=halving)
+
+
+def wants_forces(outputs: Sequence[str] | None) -> bool:
+    """Whether any requested output needs the contact forces along the motion."""
+    return outputs is None or any(name in _FORCE_ROWS for name in outputs)
+
+
+def wants_pose(outputs: Sequence[str] | None) -> bool:
+    """Whether any requested output needs the pose's turn about Z at the end of the motion."""
+    return outputs is not None and any(name in _END_ROWS for name in outputs)
+
+
+def _checked_outputs(outputs: Sequence[str] | None) -> tuple[str, ...]:
+    if outputs is None:
+        return OUTPUTS
+    for name in outputs:
+        _choice("outputs", name, (*OUTPUTS, *END_OUTPUTS))
+    return tuple(outputs)
+
+
+def _valid_tilt(raw, valid):
+    tilt = np.full(raw.shape[1], np.nan)
+    if valid.any():
+        tilt[valid] = geometry.tilt_angle(*raw[[P.BEARING_RADIUS, P.JOURNAL_RADIUS, P.HALF_LENGTH]][:, valid])
+    return tilt
+
+
+def _block_results(scene, values, n, outputs, plan, on_loss, project_energy) -> dict[str, np.ndarray]:
+    """Columns of the outputs, status and status_time of ``n`` samples."""
+    raw, code = _raw(values, n)
+    valid, joint = code == ensemble.OK, code != _INVALID
+    columns: dict[str, np.ndarray] = {}
+    geometric = {
+        "effective_radius": lambda: raw[P.RADIUS],
+        "tilt_angle": lambda: _valid_tilt(raw, joint),
+        "approximate_radius": lambda: np.where(joint, raw[P.BEARING_RADIUS] - raw[P.JOURNAL_RADIUS], np.nan),
+    }
+    status_time = np.full(n, np.nan)
+    results = None
+    if any(name in _ROWS for name in outputs) and valid.any():
+        everything = valid.all()
+        inside = raw if everything else np.ascontiguousarray(raw[:, valid])
+        forces = wants_forces(outputs)
+        if plan.formulation == "slope":
+            part = _integrate(inside, plan, forces, scene.duration, on_loss, project_energy)
+            if plan.halving:
+                finer = replace(plan, steps=2 * plan.steps)
+                fine = _integrate(inside, finer, forces, scene.duration, on_loss, project_energy)
+                part[ensemble.HALVING_ERROR] = _difference(part, fine, inside[P.RADIUS], forces)
+        else:
+            part = _published_results(inside, plan, forces, scene.duration, on_loss)
+        results = part
+        if not everything:
+            results = np.full((ensemble.RESULTS, n), np.nan)
+            results[:, valid] = part
+        code[valid] = part[ensemble.STATUS].astype(np.int64)
+        status_time = np.where(code != ensemble.OK, results[ensemble.END_TIME], np.nan)
+        worst = np.maximum(results[ensemble.ENERGY_ERROR], results[ensemble.CONSTRAINT_ERROR])
+        if plan.halving:
+            worst = np.maximum(worst, results[ensemble.HALVING_ERROR])
+        code[(code <= ensemble.CONTACT_LOST) & ~(worst <= plan.accuracy)] = _INACCURATE
+        # A motion that has left the numbers' range or the coordinates' domain has no statistics.
+        results[: ensemble.LOSS_TIME, (code == ensemble.DIVERGED) | (code >= _SINGULAR_PSI)] = np.nan
+    for name in outputs:
+        if name in geometric:
+            columns[name] = geometric[name]()
+        else:
+            columns[name] = np.full(n, np.nan) if results is None else results[_ROWS[name]]
+    columns["status_time"] = status_time
+    columns["status"] = _WORDS[code]
+    return columns
+
+
+def _sample_columns(scene: Scene, columns: Mapping[str, object]) -> tuple[dict[str, np.ndarray], int]:
+    arrays = {}
+    for name, column in columns.items():
+        _choice("parameters", name, SCALARS)
+        try:
+            arrays[name] = np.asarray(column, float)
+        except (TypeError, ValueError):
+            raise TypeError(f"simulate_many: {name} must be an array of numbers in SI units, got {column!r}.") from None
+    try:
+        shape = np.broadcast_shapes(*(a.shape for a in arrays.values()))
+    except ValueError:
+        shapes = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
+        raise ValueError(f"simulate_many: columns have different lengths: {shapes}; give one value a sample.") from None
+    if len(shape) > 1:
+        raise ValueError(f"simulate_many: columns must be one-dimensional, got shape {shape}.")
+    n = shape[0] if shape else 1
+    return {name: np.ascontiguousarray(np.broadcast_to(a, (n,))) for name, a in arrays.items()}, n
+
+
+def simulate_many(
+    scene: Scene,
+    *,
+    bearing_radius,
+    journal_radius,
+    half_length,
+    parameters: Mapping[str, object] | None = None,
+    step: float | None = None,
+    method: str = "rk8",
+    formulation: str = "slope",
+    outputs: Sequence[str] | None = None,
+    workers: int = 1,
+    accuracy: float | None = None,
+    on_contact_loss: str = "stop",
+    project_energy: bool = False,
+    halving: bool = False,
+    plan: Plan | None = None,
+) -> pd.DataFrame:
+    """Integrate one motion a sample and return its statistics, a row a sample in the order given.
+
+    The start angles of the scene are kept when the dimensions vary, so every sample starts on its own circles.
+
+    Parameters
+    ----------
+    bearing_radius, journal_radius, half_length : (n,) array_like, m
+    parameters : mapping from further names in mechanism.SCALARS to (n,) array_like, SI units
+    step : float, s
+        Fixed step; None: chosen by a pilot on the nominal and the corner dimensions (:func:`plan_integration`).
+    method : {"rk8", "rk4", "auto"}
+    formulation : {"slope", "published", "published-regular"}
+    outputs : names in :data:`OUTPUTS` or :data:`END_OUTPUTS`
+        None: all of OUTPUTS. What is not asked for is not computed; geometry alone integrates nothing.
+    workers : int
+        Threads; the results do not depend on it.
+    accuracy : float
+        A sample whose energy or constraint error exceeds it has status "inaccurate".
+    on_contact_loss : {"stop", "continue", "end"}
+        From the first instant at which a contact force turns negative: the force statistics stop there, go on two-sided
+        (the paper's model), or the whole sample ends there.
+    project_energy : bool
+        Also project every step on the energy.
+    halving : bool
+        Integrate every sample once more with twice the steps, at three times the cost; one whose end of motion, tilt or
+        force statistics differ by more than ``accuracy`` is "inaccurate". Finds chaotic motions, whose invariants look well.
+    plan : Plan
+        Overrides step, method, formulation and accuracy (used by the Monte Carlo driver, which plans once).
+
+    Returns
+    -------
+    pandas.DataFrame
+        The inputs, the outputs (m, rad, N, s), ``status_time`` (s; NaN when ok) and ``status``: "ok", "contact lost",
+        "diverged", "inaccurate", "geometry invalid", "body invalid", "singular: ..." (published formulations only).
+
+    Raises
+    ------
+    ValueError, TypeError
+        Before any work starts: unknown names, columns of different lengths, values out of range. A sample that cannot be
+        integrated raises nothing: it has a status.
+    """
+    inputs = {"bearing_radius": bearing_radius, "journal_radius": journal_radius, "half_length": half_length}
+    inputs, n = _sample_columns(scene, {**inputs, **(parameters or {})})
+    names = _checked_outputs(outputs)
+    if int(workers) != workers or workers < 1:
+        raise ValueError(f"workers = {workers!r} is out of range; allowed: a whole number >= 1.")
+    if plan is None:
+        integrated = [name for name in names if name in _ROWS]
+        finite = {name: column[np.isfinite(column)] for name, column in inputs.items()}
+        bounds = {name: (float(c.min()), float(c.max())) for name, c in finite.items() if len(c)}
+        plan = plan_integration(
+            scene, bounds, step=step if integrated else scene.duration, method=method, formulation=formulation,
+            accuracy=accuracy, outputs=names, on_contact_loss=on_contact_loss, project_energy=project_energy,
+            halving=halving,
+        )  # fmt: skip
+    on_loss = ON_CONTACT_LOSS[_choice("on_contact_loss", on_contact_loss, tuple(ON_CONTACT_LOSS))]
+
+    def block(first: int) -> dict[str, np.ndarray]:
+        part = {name: column[first : first + _CHUNK] for name, column in inputs.items()}
+        count = min(_CHUNK, n - first)
+        return _block_results(scene, _scalars(scene, part), count, names, plan, on_loss, project_energy)
+
+    starts = range(0, n, _CHUNK)
+    if workers == 1 or len(starts) <= 1:
+        parts = [block(first) for first in starts]
+    else:
+        parts = Parallel(n_jobs=int(workers), prefer="threads")(delayed(block)(first) for first in starts)
+    if not parts:
+        parts = [
+            {
+                **{name: np.empty(0) for name in names},
+                "status_time": np.empty(0),
+                "status": np.empty(0, object),
+            }
+        ]
+    gathered = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+    return pd.DataFrame({**inputs, **gathered})
+
+
+def simulate(
+    scene: Scene,
+    *,
+    step: float | None = None,
+    method: str = "rk8",
+    formulation: str = "slope",
+    accuracy: float | None = None,
+    project_energy: bool = False,
+) -> Trajectory:
+    """Integrate one motion and return it step by step.
+
+    Parameters as in :func:`simulate_many`. The model is two-sided: the motion goes on after a contact force has turned
+    negative, and the status says when that happened first.
+    """
+    plan = plan_integration(
+        scene, step=step, method=method, formulation=formulation, accuracy=accuracy, outputs=(*OUTPUTS, *END_OUTPUTS),
+        on_contact_loss="continue", project_energy=project_energy,
+    )  # fmt: skip
+    raw, _ = _raw(scene.scalars, 1)
+    time = np.linspace(0.0, scene.duration, plan.steps + 1)
+    summary = _block_results(scene, scene.scalars, 1, OUTPUTS, plan, ensemble.CONTINUE, project_energy)
+    status = _sentence(summary, plan)
+    if plan.formulation != "slope":
+        records = _published_records(np.ascontiguousarray(raw[:, 0]), plan, scene.duration)
+        rows = max(records.rows, 1)
+        return Trajectory(
+            time=time[:rows],
+            origin=records.q[:rows, :2],
+            axis=records.axis[:rows],
+            contact_force=records.contact_force[:rows],
+            multipliers=records.multipliers[:rows],
+            tilt=_tilt(records.axis[:rows]),
+            energy=records.energy[:rows],
+            status=status,
+        )
+    model, load = plan.features.model, 1 if plan.features.load else None
+    n_state, n_coef = models.sizes.py_func(*model)
+    states = np.empty((plan.steps + 1, n_state))
+    coef = np.empty(n_coef * ensemble.WIDTH)
+    rk4 = 1 if plan.method == "rk4" else None
+    ensemble.trace(raw, plan.steps, scene.duration, project_energy, states, coef, *model, rk4, load)
+    seen = np.empty((11, plan.steps + 1))
+    ensemble.observe(states, coef, seen, *model, load)
+    x, y, u, v, n_d, n_e, lambda_d, lambda_e, kinetic, potential, w2 = seen
+    length = scene.joint.half_length
+    norm = np.sqrt(length * length + w2)
+    symmetric = not plan.features.general
+    spin_energy = 0.5 * scene.body.inertia[2, 2] * scene.motion.spin_rate**2 if symmetric else 0.0
+    return Trajectory(
+        time=time,
+        origin=np.stack((x, y), axis=1),
+        axis=np.stack((u / norm, v / norm, length / norm), axis=1),
+        contact_force=np.stack((n_d, n_e), axis=1),
+        multipliers=np.stack((lambda_d, lambda_e), axis=1),
+        tilt=np.arctan(np.sqrt(np.maximum(w2, 0.0)) / length),
+        energy=kinetic + potential + spin_energy,
+        status=status,
+    )
+
+
+def _sentence(summary: Mapping[str, np.ndarray], plan: Plan) -> str:
+    """Status of one motion in words, with the time where there is one."""
+    status, at = summary["status"][0], summary["status_time"][0]
+    if status == "inaccurate":
+        worst = max(summary["energy_error"][0], summary["constraint_error"][0])
+        return f"inaccurate: energy or constraint error {worst:.1e} above {plan.accuracy:.1e}"
+    if status == "ok" or math.isnan(at):
+        return status
+    if status.startswith("singular: "):
+        return f"singular at t = {at:.9g} s: {status.removeprefix('singular: ')}"
+    return f"{status} at t = {at:.9g} s"

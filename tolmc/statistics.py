@@ -1,0 +1,231 @@
+"""Summary tables of a run: what every output does, what is out of specification, what became of the samples.
+
+Every estimate stands with its interval: columns ``name``, ``name_low``, ``name_high``. A failed sample has
+no numbers, so it enters no mean or quantile; shares count it both ways, as lying in specification and as
+lying out of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import pandas as pd
+
+from tolmc.intervals import Estimate, Observations, Rows
+
+QUANTILES = {"q0.135": 0.00135, "q5": 0.05, "q50": 0.5, "q95": 0.95, "q99.865": 0.99865}
+CONTACT_LOST = "contact lost"
+FAILED_STATUSES = ("diverged", "inaccurate", "geometry invalid", "body invalid")
+ANY_REQUIREMENT = "any requirement"
+CONTACT_LOSS = "contact loss"
+NOTHING = Estimate(np.nan, np.nan, np.nan)
+
+Specification = Mapping[str, Mapping[str, float | None]]
+
+
+def _is_failure(status: str) -> bool:
+    return status in FAILED_STATUSES or status.startswith("singular")
+
+
+def _where(samples: pd.DataFrame, holds) -> np.ndarray:
+    """Rows whose status ``holds``; a frame without a status column has none."""
+    if "status" not in samples:
+        return np.zeros(len(samples), bool)
+    codes, statuses = pd.factorize(samples["status"])
+    return np.array([holds(status) for status in statuses], bool)[codes]
+
+
+def failed(samples: pd.DataFrame) -> np.ndarray:
+    """(rows,) bool: samples without valid numbers (diverged, inaccurate, geometry or body invalid, singular)."""
+    return _where(samples, _is_failure)
+
+
+def contact_lost(samples: pd.DataFrame) -> np.ndarray:
+    """(rows,) bool: the journal left the wall; such a sample holds up to ``contact_loss_time``."""
+    lost = _where(samples, CONTACT_LOST.__eq__)
+    if "contact_loss_time" in samples:
+        lost |= samples["contact_loss_time"].notna().to_numpy() & ~failed(samples)
+    return lost
+
+
+def out_of_specification(
+    samples: pd.DataFrame, specification: Specification
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """For each specified output, rows that are out of its limits and rows that are known to be in or out.
+
+    A failed sample is not known, nor is one without a value; only a missing ``contact_loss_time`` says
+    something: contact was never lost, and no limit is broken.
+
+    Raises
+    ------
+    ValueError
+        For an output that the samples lack, unknown or absent limits, minimum above maximum.
+    """
+    unknown = failed(samples)
+    out, known = {}, {}
+    for name, limits in specification.items():
+        low, high = _limits(samples, name, limits)
+        values = samples[name].to_numpy(float)
+        out[name] = ~unknown & ((values < low) | (values > high))
+        known[name] = ~(unknown | (np.isnan(values) & (name != "contact_loss_time")))
+    return out, known
+
+
+def _limits(samples: pd.DataFrame, name: str, limits: Mapping[str, float | None]) -> tuple[float, float]:
+    if name not in samples:
+        raise ValueError(f"specification of {name!r}: the samples have no such column; allowed: {list(samples)}.")
+    given = {key: float(limit) for key, limit in limits.items() if limit is not None}
+    if not given or not given.keys() <= {"min", "max"}:
+        raise ValueError(f"specification of {name!r}: got {dict(limits)!r}; give 'min', 'max' or both.")
+    low, high = given.get("min", -np.inf), given.get("max", np.inf)
+    if not low <= high:
+        raise ValueError(f"specification of {name!r}: min = {low!r} must not lie above max = {high!r}.")
+    return low, high
+
+
+def as_columns(name: str, estimate: Estimate) -> dict[str, float]:
+    """The estimate's columns in a table: ``name``, ``name_low``, ``name_high``."""
+    return {name: estimate.value, f"{name}_low": estimate.low, f"{name}_high": estimate.high}
+
+
+def _bounded_share(rows: Rows, events: np.ndarray, known: np.ndarray, method: str = "exact") -> dict[str, float]:
+    """Share of ``events`` with the rows that are not known counted as none of them, and as all of them."""
+    least, most = (rows.share(counted, method=method) for counted in (events & known, events | ~known))
+    return as_columns("share_least", least) | as_columns("share_most", most)
+
+
+def summarise(
+    samples: pd.DataFrame,
+    *,
+    outputs: Iterable[str],
+    sampling: str = "random",
+    specification: Specification | None = None,
+    confidence: float = 0.95,
+    accuracies: Mapping[str, float] | None = None,
+    lot_size: int = 1,
+) -> pd.DataFrame:
+    """A row an output: its estimates with their intervals, in the output's unit.
+
+    Parameters
+    ----------
+    samples : DataFrame
+        All rows of the run in their order, with ``status`` (when absent, every row is valid).
+    outputs : names of columns
+    sampling : "random", "latin_hypercube" or "sobol"
+        How the rows were drawn; see :mod:`tolmc.intervals` for what each allows.
+    specification : {output: {"min": limit, "max": limit}}, optional
+    confidence : float
+    accuracies : {output: accuracy}, optional
+        Error of the integration, in the output's unit.
+    lot_size : int
+        Consecutive rows that share a lot (of their scrambling for Sobol').
+
+    Returns
+    -------
+    DataFrame, index ``output``
+        ``samples``, ``used`` (rows with a value), ``failed``, ``integration_error``; then, each with
+        ``_low`` and ``_high``: ``mean``, ``sd``, ``min``, ``max``, the quantiles ``q0.135`` .. ``q99.865``
+        (percent); ``share_least`` and ``share_most``, the share out of specification with samples that are
+        not known counted in and counted out (NaN without limits); ``contact_loss``, the share of samples
+        that lost contact (failed ones counted as not).
+    """
+    rows = Rows(sampling, confidence, lot_size)
+    outputs = list(outputs)
+    missing = [name for name in outputs if name not in samples]
+    if missing:
+        raise ValueError(f"output {missing[0]!r} is no column of the samples; allowed: {list(samples)}.")
+    out, known = out_of_specification(samples, specification or {})
+    unusable = failed(samples)
+    contact_loss = as_columns("contact_loss", rows.share(contact_lost(samples)))
+    no_share = as_columns("share_least", NOTHING) | as_columns("share_most", NOTHING)
+    table = {}
+    for name in outputs:
+        values = samples[name].to_numpy(float)
+        seen = Observations(np.where(unusable, np.nan, values), rows)
+        table[name] = {
+            "samples": len(samples),
+            "used": seen.count,
+            "failed": np.count_nonzero(unusable),
+            "integration_error": (accuracies or {}).get(name, np.nan),
+            **as_columns("mean", seen.mean()),
+            **as_columns("sd", seen.sd()),
+            **as_columns("min", seen.minimum()),
+            **as_columns("max", seen.maximum()),
+            **{k: v for q, level in QUANTILES.items() for k, v in as_columns(q, seen.quantile(level)).items()},
+            **(_bounded_share(rows, out[name], known[name]) if name in out else no_share),
+            **contact_loss,
+        }
+    return pd.DataFrame.from_dict(table, orient="index").rename_axis("output")
+
+
+def summarise_requirements(
+    samples: pd.DataFrame,
+    *,
+    specification: Specification,
+    sampling: str = "random",
+    confidence: float = 0.95,
+    lot_size: int = 1,
+    method: str = "exact",
+) -> pd.DataFrame:
+    """A row a requirement, then a row for any of them being broken and one for contact loss.
+
+    Returns
+    -------
+    DataFrame, index ``requirement``
+        ``minimum``, ``maximum`` (NaN: none), ``samples``, ``out`` (rows known to be out), ``unknown`` (rows
+        that failed), ``share_least`` and ``share_most`` with ``_low`` and ``_high``: the share that is out
+        with the unknown rows counted in and counted out. The truth for the whole run lies between
+        ``share_least`` and ``share_most``; with the confidence stated, that of the population lies between
+        ``share_least_low`` and ``share_most_high``. ``method`` is that of
+        :func:`tolmc.intervals.binomial_interval`.
+    """
+    rows = Rows(sampling, confidence, lot_size)
+    out, known = out_of_specification(samples, specification)
+    events = {name: (out[name], known[name]) for name in specification}
+    if specification:
+        any_out = np.any(list(out.values()), axis=0)
+        events[ANY_REQUIREMENT] = any_out, any_out | np.all(list(known.values()), axis=0)
+    events[CONTACT_LOSS] = contact_lost(samples), ~failed(samples)
+    table = {}
+    for name, (event, decided) in events.items():
+        limits = specification.get(name, {})
+        table[name] = {
+            "minimum": limits.get("min"),
+            "maximum": limits.get("max"),
+            "samples": len(samples),
+            "out": np.count_nonzero(event),
+            "unknown": np.count_nonzero(~decided),
+            **_bounded_share(rows, event, decided, method),
+        }
+    frame = pd.DataFrame.from_dict(table, orient="index").rename_axis("requirement")
+    return frame.astype({"minimum": float, "maximum": float})
+
+
+def count_statuses(
+    samples: pd.DataFrame, *, sampling: str = "random", confidence: float = 0.95, lot_size: int = 1
+) -> pd.DataFrame:
+    """A row a status, most frequent first: ``count`` and ``share`` with its interval; index ``status``."""
+    rows = Rows(sampling, confidence, lot_size)
+    table = {
+        status: {"count": count, **as_columns("share", rows.share(_where(samples, status.__eq__)))}
+        for status, count in samples["status"].value_counts().items()
+    }
+    return pd.DataFrame.from_dict(table, orient="index").rename_axis("status")
+
+
+def error_budget(summary: pd.DataFrame) -> pd.DataFrame:
+    """Sampling error beside integration error, from the frame of :func:`summarise`.
+
+    Returns
+    -------
+    DataFrame, index ``output``
+        ``integration`` and, for each of mean, sd and the quantiles, the half-width of its interval, all in
+        the output's unit (infinite where the sample is too small); ``ratio`` = integration / the smallest
+        of the half-widths: well below 1, sampling is what limits the run.
+    """
+    names = ["mean", "sd", *QUANTILES]
+    budget = pd.DataFrame({name: 0.5 * (summary[f"{name}_high"] - summary[f"{name}_low"]) for name in names})
+    budget.insert(0, "integration", summary["integration_error"])
+    budget["ratio"] = budget["integration"] / budget[names].min(axis=1)
+    return budget

@@ -1,0 +1,265 @@
+"""A study file (TOML) -> a validated :class:`Study`.
+
+Numbers are SI; strings carry their unit ("20 mm", "-110 deg", "1500 rpm"). Whatever is unknown, missing, of the wrong
+kind or out of range ends in a :class:`StudyError` that names the field, its value, what is allowed and what to do.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, StrictBool
+
+from tolmc import units
+from tolmc.errors import InputError
+from tolmc.mechanism import Body, Joint, Loads, Motion, Scene
+from tolmc.study_dimensions import DimensionsTable
+from tolmc.study_fields import (
+    Faults,
+    Inertia,
+    Own,
+    Section,
+    check_names,
+    in_section,
+    place,
+    quantity,
+    validated,
+    vector,
+    whole,
+)
+from tolmc.tolerances import Tolerances
+
+MAX_SAMPLES = 1_000_000_000
+
+
+class StudyError(InputError):
+    """A study file that cannot be used; the message names the file, the field and the remedy."""
+
+
+class _Model(Section):
+    section: Literal["circle", "exact"] = "circle"
+    formulation: Literal["slope", "published", "published-regular"] = "slope"
+
+
+class _Cylinder(Section):
+    radius: quantity("m", positive=True)
+    length: quantity("m", positive=True)
+
+
+class _Body(Section):
+    mass: quantity("kg", positive=True)
+    center_of_mass: vector("m") = (0.0, 0.0, 0.0)
+    inertia: Inertia | None = None
+    centroidal_inertia: Inertia | None = None
+    solid_cylinder: _Cylinder | None = None
+
+
+class _Loads(Section):
+    gravity: vector("m/s^2") = (0.0, 0.0, 0.0)
+    force: vector("N") | None = None
+    force_point: vector("m") | None = None
+    torque: vector("N m") | None = None
+
+
+class _Motion(Section):
+    alpha: quantity("rad")
+    beta: quantity("rad")
+    alpha_rate: quantity("rad/s") = 0.0
+    beta_rate: quantity("rad/s") = 0.0
+    spin: quantity("rad") = 0.0
+    spin_rate: quantity("rad/s") = 0.0
+    duration: quantity("s", positive=True)
+
+
+class _MonteCarlo(Section):
+    samples: whole(1, MAX_SAMPLES) = 10_000
+    sampling: Literal["random", "latin_hypercube", "sobol"] = "sobol"
+    seed: whole(0, 2**63 - 1) = 0
+    workers: whole(1, 1024) = 2
+    accuracy: quantity("1", positive=True) | None = None
+    step: quantity("s", positive=True) | None = None
+    method: Literal["rk4", "rk8", "auto"] = "rk8"
+    on_contact_loss: Literal["stop", "continue", "end"] = "stop"
+    project_energy: StrictBool = False
+    halving: StrictBool = False
+    outputs: list[Literal[units.OUTPUTS]] | None = None
+
+
+class _Limits(Section):
+    min: Own | None = None
+    max: Own | None = None
+
+
+class _File(Section):
+    title: str | None = None
+    dimensions: dict[str, Any]
+    correlation: dict[str, Any] = Field(default_factory=dict)
+    body: _Body
+    loads: _Loads = _Loads()
+    motion: _Motion
+    model: _Model = _Model()
+    monte_carlo: _MonteCarlo = _MonteCarlo()
+    specification: dict[str, Any] = Field(default_factory=dict)
+    allocation: dict[str, Any] = Field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A study, checked as a whole; SI units.
+
+    Attributes
+    ----------
+    name : str
+        The file's name without its ending.
+    title : str
+    scene : Scene
+        With the nominal dimensions.
+    tolerances : Tolerances
+        Dimensions with their distributions, correlation and lots.
+    specification : {output: {"min": limit, "max": limit}}
+    samples, sampling, seed, workers, accuracy, step, method, formulation, on_contact_loss, project_energy, halving, outputs
+        As :func:`tolmc.run` and :func:`tolmc.simulate_many` take them.
+    allocation : mapping
+        The [allocation] table as written, for :mod:`tolmc.allocation`.
+    source : str
+        Text of the file.
+    data_files : {relative path: content}
+        Files of measured values that the study names.
+    """
+
+    name: str
+    title: str
+    scene: Scene
+    tolerances: Tolerances
+    specification: Mapping[str, Mapping[str, float]]
+    samples: int
+    sampling: str
+    seed: int
+    workers: int
+    accuracy: float | None
+    step: float | None
+    method: str
+    formulation: str
+    on_contact_loss: str
+    project_energy: bool
+    halving: bool
+    outputs: tuple[str, ...] | None
+    allocation: Mapping[str, Any]
+    source: str
+    data_files: Mapping[str, bytes]
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the study file and of the data files it names."""
+        digest = hashlib.sha256(self.source.encode())
+        for name, content in sorted(self.data_files.items()):
+            digest.update(hashlib.sha256(name.encode()).digest() + hashlib.sha256(content).digest())
+        return digest.hexdigest()
+
+    def replaced(self, *, samples: int | None = None, seed: int | None = None, workers: int | None = None) -> Study:
+        """The study with another number of samples, seed or number of workers; None keeps its own."""
+        given = {"samples": samples, "seed": seed, "workers": workers}
+        given = {name: value for name, value in given.items() if value is not None}
+        try:
+            validated(_MonteCarlo, given, "monte_carlo")
+        except Faults as faults:
+            raise StudyError("\n".join(faults.sentences)) from None
+        return replace(self, **given)
+
+
+def load_study(path: str | Path, *, data_folder: str | Path | None = None) -> Study:
+    """Read and check a study file.
+
+    Parameters
+    ----------
+    path : path of a TOML file
+    data_folder : path, optional
+        Folder to which the names of data files are relative; that of the study file when not given.
+
+    Raises
+    ------
+    StudyError
+        With everything that is wrong in the first section that has faults.
+    """
+    path = Path(path)
+    try:
+        source = path.read_bytes().decode("utf-8")
+        content = tomllib.loads(source)
+    except OSError as error:
+        raise StudyError(f"{path} cannot be read: {error.strerror or error}. Check the path of the study.") from None
+    except UnicodeDecodeError as error:
+        raise StudyError(f"{path} is no text in UTF-8 (byte {error.start}); a study is a TOML file.") from None
+    except (ValueError, RecursionError) as error:
+        raise StudyError(f"{path} is no valid TOML: {error}. See https://toml.io for the syntax.") from None
+    try:
+        return _study(path.stem, source, content, Path(data_folder or path.parent))
+    except Faults as faults:
+        raise StudyError("\n".join(f"{path}: {sentence}" for sentence in faults.sentences)) from None
+
+
+def _study(name: str, source: str, content: dict[str, Any], data_folder: Path) -> Study:
+    file = validated(_File, content)
+    table = DimensionsTable(file.dimensions, data_folder)
+    scene = _scene(file, table.joint)
+    settings = file.monte_carlo.model_dump()
+    outputs = settings.pop("outputs")
+    return Study(
+        name=name,
+        title=file.title or name,
+        scene=scene,
+        tolerances=table.tolerances({**scene.scalars, **table.joint}, file.correlation),
+        specification=_specification(file.specification, outputs),
+        formulation=file.model.formulation,
+        outputs=None if outputs is None else tuple(outputs),
+        allocation=file.allocation,
+        source=source,
+        data_files=table.data_files,
+        **settings,
+    )
+
+
+def _scene(file: _File, joint: dict[str, float]) -> Scene:
+    with in_section("dimensions"):
+        joint = Joint(**joint, section=file.model.section)
+    with in_section("body"):
+        body = _body(file.body)
+    with in_section("loads"):
+        loads = Loads(**file.loads.model_dump())
+    with in_section("motion"):
+        start = file.motion.model_dump()
+        return Scene(joint, body, loads, duration=start.pop("duration"), motion=Motion(**start))
+
+
+def _body(section: _Body) -> Body:
+    ways = {name: getattr(section, name) for name in ("inertia", "centroidal_inertia", "solid_cylinder")}
+    given = [name for name, value in ways.items() if value is not None]
+    if len(given) != 1:
+        raise ValueError(f"{' and '.join(given) or 'no inertia'} given; give one of {', '.join(ways)}.")
+    if section.solid_cylinder is not None:
+        cylinder = section.solid_cylinder
+        return Body.solid_cylinder(section.mass, cylinder.radius, cylinder.length, section.center_of_mass)
+    if section.centroidal_inertia is not None:
+        return Body.from_centroidal(section.mass, section.center_of_mass, section.centroidal_inertia)
+    return Body(section.mass, section.center_of_mass, section.inertia)
+
+
+def _specification(table: dict[str, Any], outputs: list[str] | None) -> dict[str, dict[str, float]]:
+    check_names(table, units.OUTPUTS, "specification")
+    specification = {}
+    for name, limits in table.items():
+        limits = validated(_Limits, limits, "specification", name, context=units.SI[name])
+        given = limits.model_dump(exclude_none=True)
+        if not given:
+            raise Faults(f"{place('specification', name)} sets no limit; give min, max or both.")
+        if given.get("min", -float("inf")) > given.get("max", float("inf")):
+            raise Faults(f"{place('specification', name)}: min = {limits.min!r} is above max = {limits.max!r}.")
+        if outputs is not None and name not in outputs:
+            raise Faults(f"{place('specification', name)} is not among [monte_carlo] outputs; add it there.")
+        specification[name] = given
+    return specification

@@ -1,0 +1,170 @@
+"""`tolmc allocate`: the [allocation] table of a study file -> the cheapest tolerances, as tables.
+
+[allocation]
+target_yield = 0.9973          share of the motions that keep every limit of [specification]
+confidence = 0.95              of the statement that the yield is at least that; above 0.5
+samples = 100000               independent motions of the confirming run
+seed = 7                       that of [monte_carlo] when not given
+
+[allocation.dimensions]        each dimension whose tolerance is to be chosen; the others keep theirs
+bearing_radius = { grades = { IT7 = 9.0, IT8 = 5.5, IT9 = 3.6 }, anchor = "lower" }
+half_length = { narrowest = "0.02 mm", widest = "0.4 mm", cost = { fixed = 1, variable = 2, at = "0.1 mm" } }
+
+``grades``: ISO 286 grades of the diameter (of the bearing's length 2 L), each with the cost of a piece; a radius or half-length
+gets half their width. ``cost``: fixed + variable f(T/at) of the zone's width T = upper - lower, between the widths
+``narrowest`` and ``widest``; ``law`` names f: "reciprocal" (1/x, the default), "reciprocal-square" (1/x^2) or "exponential"
+(exp(1 - x)).
+``anchor``: the point of the zone that stays when its width changes: "nominal" (the default), "lower" (bores H), "upper"
+(shafts h, d, ...) or "middle". Costs are in any currency. Distributions keep their shape between the limits.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import pandas as pd
+from pydantic import BeforeValidator, Field
+from rich.console import Console
+
+from tolmc import fits, units
+from tolmc.allocation import ANCHORS, LAWS, AllocationResult, Curve, Grades, Plan, allocate, widest_widths, with_widths
+from tolmc.allocation_tables import allocation_tables
+from tolmc.study import MAX_SAMPLES, Study, StudyError, load_study
+from tolmc.study_fields import Faults, Own, Section, check_names, in_section, place, quantity, validated, whole
+from tolmc.study_model import study_model
+
+_GRADED = ("bearing_radius", "journal_radius", "half_length")
+
+
+def _share(low: float):
+    def read(value: object) -> float:
+        number = units.read(value, "1")
+        if not low < number < 1.0:
+            raise ValueError(f"expected a share between {low:g} and 1, such as 0.9973 or '99.73 %'")
+        return number
+
+    return Annotated[float, BeforeValidator(read)]
+
+
+class _Cost(Section):
+    law: Literal[tuple(LAWS)] = "reciprocal"
+    fixed: quantity("1") = 0.0
+    variable: Annotated[
+        quantity("1", positive=True), Field(description="give the cost on top of fixed at the width `at`")
+    ]
+    at: Annotated[Own, Field(description="give the width to which the variable cost belongs")]
+
+
+class _Choice(Section):
+    grades: dict[str, quantity("1", positive=True)] | None = None
+    cost: _Cost | None = None
+    narrowest: Own | None = None
+    widest: Own | None = None
+    anchor: Literal[ANCHORS] = "nominal"
+
+
+class _Allocation(Section):
+    target_yield: _share(0.0) = 0.9973
+    confidence: _share(0.5) = 0.95
+    samples: whole(1, MAX_SAMPLES) = 100_000
+    seed: whole(0, 2**63 - 1) | None = None
+    dimensions: Annotated[dict[str, Any], Field(description="give each dimension to choose grades or a cost function")]
+
+
+def read_plan(study: Study) -> Plan:
+    """The plan that a study's [allocation] describes.
+
+    Raises
+    ------
+    StudyError
+        The message names the field, its value, what is allowed and what to do.
+    """
+    try:
+        return _plan(study)
+    except Faults as faults:
+        raise StudyError("\n".join(f"{study.title}: {sentence}" for sentence in faults.sentences)) from None
+
+
+def _plan(study: Study) -> Plan:
+    if not study.allocation:
+        raise Faults("[allocation] is missing; say there what tolerances cost and which yield is required.")
+    table = validated(_Allocation, study.allocation, "allocation")
+    names = tuple(dimension.name for dimension in study.tolerances.dimensions)
+    check_names(table.dimensions, names, "allocation", "dimensions")
+    choices = tuple(_choice(study, name, entry) for name, entry in table.dimensions.items())
+    seed = study.seed if table.seed is None else table.seed
+    return Plan(choices, table.target_yield, table.confidence, table.samples, seed)
+
+
+def _choice(study: Study, name: str, entry: object) -> Grades | Curve:
+    where = ("allocation", "dimensions", name)
+    choice = validated(_Choice, entry, *where, context=units.SI[name])
+    if (choice.grades is None) == (choice.cost is None):
+        raise Faults(f"{place(*where)} must have either grades or cost; give one of them.")
+    if choice.grades is not None:
+        return _grades(study, name, choice)
+    for field in ("narrowest", "widest"):
+        if getattr(choice, field) is None:
+            raise Faults(f"{place(*where, field)} is missing; give the {field} zone that can be bought.")
+    if choice.cost.at <= 0 or not 0 < choice.narrowest < choice.widest:
+        raise Faults(f"{place(*where)}: allowed: at > 0 and 0 < narrowest < widest; correct the widths.")
+    cost = choice.cost
+    return Curve(name, choice.narrowest, choice.widest, cost.at, cost.variable, cost.fixed, cost.law, choice.anchor)
+
+
+def _grades(study: Study, name: str, choice: _Choice) -> Grades:
+    where = ("allocation", "dimensions", name, "grades")
+    if name not in _GRADED:
+        raise Faults(f"{place(*where)}: ISO 286 grades are for {', '.join(_GRADED)}; give {name} a cost function.")
+    if not choice.grades:
+        raise Faults(f"{place(*where)} is empty; give at least one grade with its cost, such as IT7 = 9.0.")
+    if choice.narrowest is not None or choice.widest is not None:
+        raise Faults(f"{place(*where)}: narrowest and widest belong to a cost function; leave them out.")
+    size = 2e3 * next(dimension.nominal for dimension in study.tolerances.dimensions if dimension.name == name)
+    with in_section(*where):
+        widths = {label: 0.5 * fits.it_grade(size, label) for label in choice.grades}
+    labels = tuple(sorted(widths, key=widths.get))
+    costs = tuple(choice.grades[label] for label in labels)
+    return Grades(name, labels, tuple(widths[label] for label in labels), costs, choice.anchor)
+
+
+def allocate_study(path: str | Path, *, out: str | Path | None = None) -> AllocationResult:
+    """Allocate the tolerances of a study file, print the tables and write them as CSV.
+
+    Parameters
+    ----------
+    out : path
+        Directory of the CSV files; ``runs/<study name>_allocation`` when not given.
+
+    Raises
+    ------
+    InputError
+        When the study or its [allocation] cannot be used, or no choice reaches the yield.
+    """
+    study = load_study(path)
+    plan = read_plan(study)
+    if not study.specification:
+        raise StudyError(f"{path}: [specification] is missing; an allocation needs limits to keep.")
+    with_limits = with_widths(study.tolerances, plan.choices, widest_widths(plan.choices))
+    model = study_model(study, tuple(study.specification), tolerances=with_limits)
+    result = allocate(study.tolerances, study.specification, plan, model)
+    console = Console()
+    for table in allocation_tables(result, title=study.title):
+        console.print(table)
+    console.print(f"Written: {write(result, out or Path('runs') / f'{study.name}_allocation')}")
+    return result
+
+
+def write(result: AllocationResult, directory: str | Path) -> Path:
+    """Write dimensions.csv, trade_off.csv and neighbours.csv (SI units)."""
+    directory = Path(directory)
+    directory.mkdir(parents=True, exist_ok=True)
+    tables: dict[str, pd.DataFrame] = {
+        "dimensions": result.dimensions.reset_index(),
+        "trade_off": result.trade_off,
+        "neighbours": result.neighbours,
+    }
+    for name, table in tables.items():
+        table.to_csv(directory / f"{name}.csv", index=False)
+    return directory

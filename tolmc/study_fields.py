@@ -1,0 +1,169 @@
+"""Types of the fields of a study file, and the sentences about fields that cannot be used.
+
+Pydantic checks; what it finds is put into our words: the field, its value, what is allowed, what to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from difflib import get_close_matches
+from reprlib import Repr
+from typing import Annotated, TypeVar, get_args
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, ValidationInfo
+
+from tolmc import units
+
+_Table = TypeVar("_Table", bound="Section")
+
+
+class Section(BaseModel):
+    """A table of a study file; unknown fields are refused."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class Faults(Exception):
+    """What is wrong with a file, a sentence each."""
+
+    def __init__(self, *sentences: str) -> None:
+        super().__init__(*sentences)
+        self.sentences = sentences
+
+
+def quantity(unit: str, *, positive: bool = False):
+    """Type of a field in the SI unit ``unit``."""
+
+    def read(value: object) -> float:
+        number = units.read(value, unit)
+        if positive and number <= 0:
+            raise ValueError("expected a number > 0")
+        return number
+
+    return Annotated[float, BeforeValidator(read), Field(description=units.remedy(unit))]
+
+
+def whole(lowest: int, highest: int):
+    """Type of a whole number in a range."""
+
+    def read(value: object) -> int:
+        number = value if isinstance(value, int) and not isinstance(value, bool) else units.read(value, "1")
+        if number != int(number) or not lowest <= number <= highest:
+            raise ValueError(f"expected a whole number from {lowest} to {highest}")
+        return int(number)
+
+    return Annotated[int, BeforeValidator(read)]
+
+
+def vector(unit: str):
+    """Type of a vector [x, y, z] in the SI unit ``unit``."""
+
+    def read(value: object) -> tuple[float, float, float]:
+        if not isinstance(value, list) or len(value) != 3:
+            raise ValueError(f"expected three values [x, y, z]; for each {units.remedy(unit)}")
+        return tuple(units.read(v, unit) for v in value)
+
+    return Annotated[tuple, BeforeValidator(read)]
+
+
+def _read_inertia(value: object) -> tuple:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError("expected three moments of inertia or a 3x3 matrix, in kg m^2 or with units")
+    if all(isinstance(row, list) and len(row) == 3 for row in value):
+        return tuple(tuple(units.read(v, "kg m^2") for v in row) for row in value)
+    return tuple(units.read(v, "kg m^2") for v in value)
+
+
+#: Type of an inertia: three moments or a 3x3 matrix.
+Inertia = Annotated[tuple, BeforeValidator(_read_inertia)]
+
+
+def _read_own(value: object, info: ValidationInfo) -> float:
+    return units.read(value, info.context)
+
+
+#: Type of a quantity whose SI unit is the context of the validation, for tables that serve several quantities.
+Own = Annotated[float, BeforeValidator(_read_own)]
+
+
+def validated(model: type[_Table], table: object, *where: str, context: str | None = None) -> _Table:
+    """The table as ``model``; Faults with a sentence for each field that cannot be used."""
+    try:
+        return model.model_validate(table, context=context)
+    except ValidationError as error:
+        raise Faults(*(_sentence(model, item, where) for item in error.errors(include_url=False))) from None
+
+
+@contextmanager
+def in_section(*where: str) -> Iterator[None]:
+    """Errors of the objects that a section describes become Faults that name the section."""
+    try:
+        yield
+    except (ValueError, TypeError, ArithmeticError) as error:
+        raise Faults(f"{place(*where)}: {error}") from None
+
+
+def check_names(table: Iterable[str], allowed: Iterable[str], *where: str) -> None:
+    """Faults where the table has a name that is not allowed."""
+    allowed = tuple(allowed)
+    unknown = [name for name in table if name not in allowed]
+    if unknown:
+        raise Faults(*(_unknown(place(*where, name), name, allowed) for name in unknown))
+
+
+def place(*where: str | int) -> str:
+    """A field as the file shows it: ``[body] solid_cylinder.radius``."""
+    section, *fields = (str(part) for part in where)
+    return f"[{section}] {'.'.join(fields)}".rstrip()
+
+
+def suggestion(word: str, allowed: Iterable[str]) -> str:
+    """``; did you mean 'mass'?`` where something allowed is close, otherwise nothing."""
+    close = get_close_matches(word, list(allowed), 1)
+    return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def short(value: object) -> str:
+    """A value as an error message shows it."""
+    shortener = Repr()
+    shortener.maxstring = shortener.maxother = shortener.maxlong = 60
+    return shortener.repr(value)
+
+
+def _unknown(field: str, name: str, allowed: tuple[str, ...]) -> str:
+    return f"{field} is unknown{suggestion(name, allowed) or ';'} Allowed: {', '.join(allowed)}."
+
+
+def _sentence(model: type[Section], item: dict, where: tuple[str, ...]) -> str:
+    loc = [part for part in item["loc"] if not str(part).startswith(("function-", "literal["))]
+    field = place(*where, *loc) if where or len(loc) > 1 else str(loc[0])
+    kind = item["type"]
+    if kind == "missing":
+        description = _owner(model, loc).model_fields[loc[-1]].description
+        return f"{field} is missing; {description or 'add it'}."
+    if kind == "extra_forbidden":
+        return _unknown(field, str(loc[-1]), tuple(_owner(model, loc).model_fields))
+    value = short(item["input"])
+    if kind == "value_error":
+        return f"{field} = {value}: {item['ctx']['error']}."
+    if kind == "literal_error":
+        allowed = item["ctx"]["expected"]
+        close = suggestion(item["input"], allowed.replace("'", "").replace(" or ", ", ").split(", ")) if isinstance(
+            item["input"], str) else ""  # fmt: skip
+        return f"{field} = {value} is not possible{close or ';'} Allowed: {allowed}."
+    expected = {
+        "model_type": "a table",
+        "dict_type": "a table",
+        "string_type": "a text in quotes",
+        "bool_type": "true or false",
+    }
+    return f"{field} = {value}: expected {expected.get(kind, item['msg'])}."
+
+
+def _owner(model: type[Section], loc: list) -> type[Section]:
+    """The table in which the field at ``loc`` stands."""
+    for part in loc[:-1]:
+        annotation = model.model_fields[part].annotation
+        model = next(m for m in (annotation, *get_args(annotation)) if isinstance(m, type) and issubclass(m, Section))
+    return model
