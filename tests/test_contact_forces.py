@@ -382,6 +382,27 @@ def test_contact_lost_from_the_start():
         assert result.contact_force_E_rms == pytest.approx(-start[1], rel=1e-12)
 
 
+def test_extrema_end_with_the_statistics():
+    """Contact is lost where N_D dips below zero for an instant: the dip is not the minimum, wherever a step ends."""
+    scene = GENERAL.replaced(
+        bearing_radius=0.02002721988435161, gravity_y=-9.386423731024957, alpha_rate=-0.5777115544620308,
+        spin_rate=30.748329858421627,
+    )  # fmt: skip
+    scene = replace(scene, duration=0.4)
+    time = one(scene, step=1e-3).contact_loss_time
+    assert 0.3 < time < 0.4
+    until = simulate(replace(scene, duration=time), step=1e-3)
+    dip = simulate(replace(scene, duration=time + 1e-3), step=1e-4).contact_force.min()
+    assert dip < -1e-4
+    for steps in range(100, 180, 3):
+        result = one(scene, step=scene.duration / steps)
+        assert result.status == "contact lost"
+        assert result.contact_loss_time == pytest.approx(time, abs=1e-7)
+        assert 0 <= min(result.contact_force_D_min, result.contact_force_E_min) < 1e-9
+        for k, side in enumerate("DE"):
+            assert result[f"contact_force_{side}_max"] == pytest.approx(until.contact_force[:, k].max(), rel=1e-3)
+
+
 @pytest.mark.parametrize("steps", [8, 20, 75, 300])
 def test_grazing_losses_are_found_and_near_misses_are_not(steps):
     """A shaft rocking so far that a force falls to just above or just below zero."""

@@ -62,12 +62,12 @@ def _lanes(rows):
 
 
 @routine
-def _step(y, end, coef, h, k, argument, samples, sums, error, general, axial, exact, rk4, load, forces):
+def _step(y, end, coef, h, k, argument, samples, sums, error, watch, general, axial, exact, rk4, load, forces):
     """One step of ``h[lane]`` from ``y`` to ``end``, projected.
 
-    With ``forces``: N_D, N_E, |w|^2 and the torque's power at the stages into ``samples`` (stage, 4, lane), and the
-    increments of the integrals of N_D, N_D^2, N_E, N_E^2 into ``sums`` (5, lane). The last row of ``sums`` is the torque's
-    work. The constraint error left goes to ``error``.
+    With ``forces``, and ``watch`` set: N_D, N_E, |w|^2 and the torque's power at the stages into ``samples``
+    (stage, 4, lane), the increments of the integrals of N_D, N_D^2, N_E, N_E^2 into ``sums`` (5, lane). The last row of
+    ``sums`` is the torque's work. The constraint error left goes to ``error``.
     """
     n_state, _ = models.sizes(general, axial, exact)
     size = n_state * WIDTH
@@ -84,7 +84,7 @@ def _step(y, end, coef, h, k, argument, samples, sums, error, general, axial, ex
             stage_argument_rk4(stage, y, k, argument, size)
             weight = _B4[stage]
         # Two written arrays and three read ones: with one more, LLVM's alias checks exceed its limit and the loop is scalar.
-        if general is None and (forces is None or weight == 0.0):
+        if general is None and (forces is None or weight == 0.0 or not watch):
             for lane in range(WIDTH):
                 models.advance(argument, coef, h[lane], k, first, lane, WIDTH, general, axial, exact, load)
         else:
@@ -95,29 +95,21 @@ def _step(y, end, coef, h, k, argument, samples, sums, error, general, axial, ex
                 samples[row + lane] = n_d
                 samples[row + WIDTH + lane] = n_e
                 samples[row + 2 * WIDTH + lane] = w2
-                samples[row + 3 * WIDTH + lane] = power
+                if general is not None:
+                    samples[row + 3 * WIDTH + lane] = power
     if rk4 is None:
         stage_argument_rk8(stages, y, k, end, size)
     else:
         stage_argument_rk4(stages, y, k, end, size)
     for lane in range(WIDTH):
         error[lane] = models.project(end, coef, lane, WIDTH, general, axial, exact)
-    if rk4 is not None and forces is not None:
+    if rk4 is not None and forces is not None and watch:
         stage_argument_rk4(stages + 1, y, k, argument, size)
         _observe_samples(argument, coef, samples, 4 * stages * WIDTH, general, axial, exact, load)
         _observe_samples(end, coef, samples, 4 * (stages + 1) * WIDTH, general, axial, exact, load)
-    if forces is not None or general is not None:
-        sums[:] = 0.0
-        for stage in range(stages):
-            if rk4 is None:
-                weight = _B8[stage]
-            else:
-                weight = _B4[stage]
-            if weight != 0.0:
-                _integrate_stage(samples, 4 * stage * WIDTH, weight, sums)
-        for row in range(5):
-            for lane in range(WIDTH):
-                sums[row * WIDTH + lane] *= h[lane]
+    if (forces is not None and watch) or general is not None:
+        for lane in range(WIDTH):
+            _integrate_step(samples, h, sums, lane, general, rk4)
 
 
 @device
@@ -130,14 +122,31 @@ def _observe_samples(y, coef, samples, row, general, axial, exact, load):
 
 
 @device
-def _integrate_stage(samples, row, weight, sums):
-    for lane in range(WIDTH):
-        n_d, n_e = samples[row + lane], samples[row + WIDTH + lane]
-        sums[lane] += weight * n_d
-        sums[WIDTH + lane] += weight * n_d * n_d
-        sums[2 * WIDTH + lane] += weight * n_e
-        sums[3 * WIDTH + lane] += weight * n_e * n_e
-        sums[4 * WIDTH + lane] += weight * samples[row + 3 * WIDTH + lane]
+def _integrate_step(samples, h, sums, lane, general, rk4):
+    """Increments of the integrals over one lane's step, by the method's weights."""
+    d, d2, e, e2, work = 0.0, 0.0, 0.0, 0.0, 0.0
+    if rk4 is None:
+        stages = 12
+    else:
+        stages = 4
+    for stage in range(stages):
+        if rk4 is None:
+            weight = _B8[stage]
+        else:
+            weight = _B4[stage]
+        if weight != 0.0:
+            row = 4 * stage * WIDTH
+            n_d, n_e = samples[row + lane], samples[row + WIDTH + lane]
+            d += weight * n_d
+            d2 += weight * n_d * n_d
+            e += weight * n_e
+            e2 += weight * n_e * n_e
+            if general is not None:
+                work += weight * samples[row + 3 * WIDTH + lane]
+    sums[lane], sums[WIDTH + lane] = h[lane] * d, h[lane] * d2
+    sums[2 * WIDTH + lane], sums[3 * WIDTH + lane] = h[lane] * e, h[lane] * e2
+    if general is not None:
+        sums[4 * WIDTH + lane] = h[lane] * work
 
 
 @device
@@ -298,6 +307,106 @@ def _keep(y, h, step, last, best, position, flags, open_lane, slots, states, qua
             states[a] = new if position[lane] == 2.0 else states[a]
 
 
+@device
+def _vertex(samples, quantity, lane, back, forth, rk4):
+    """Maximum near 0 over [back, forth] of the polynomial through a short step's samples, and where; in lengths of it."""
+    s0, s1, s2 = (
+        _sample(samples, 0, quantity, lane, rk4),
+        _sample(samples, 1, quantity, lane, rk4),
+        _sample(samples, 2, quantity, lane, rk4),
+    )
+    if rk4 is None:
+        s3, s4 = _sample(samples, 3, quantity, lane, rk4), _sample(samples, 4, quantity, lane, rk4)
+        c1 = _FIT8[1, 0] * s0 + _FIT8[1, 1] * s1 + _FIT8[1, 2] * s2 + _FIT8[1, 3] * s3 + _FIT8[1, 4] * s4
+        c2 = _FIT8[2, 0] * s0 + _FIT8[2, 1] * s1 + _FIT8[2, 2] * s2 + _FIT8[2, 3] * s3 + _FIT8[2, 4] * s4
+        c3 = _FIT8[3, 0] * s0 + _FIT8[3, 1] * s1 + _FIT8[3, 2] * s2 + _FIT8[3, 3] * s3 + _FIT8[3, 4] * s4
+        c4 = _FIT8[4, 0] * s0 + _FIT8[4, 1] * s1 + _FIT8[4, 2] * s2 + _FIT8[4, 3] * s3 + _FIT8[4, 4] * s4
+    else:
+        c1 = _FIT4[1, 0] * s0 + _FIT4[1, 1] * s1 + _FIT4[1, 2] * s2
+        c2 = _FIT4[2, 0] * s0 + _FIT4[2, 1] * s1 + _FIT4[2, 2] * s2
+        c3, c4 = 0.0, 0.0
+    x = min(0.5, forth)
+    for _ in range(3):
+        slope = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * 4.0 * c4))
+        curvature = 2.0 * c2 + x * (6.0 * c3 + x * 12.0 * c4)
+        move = -slope / curvature if curvature < 0.0 else (1.0 if slope > 0.0 else -1.0)
+        x = min(max(x + min(max(move, -3.0), 3.0), back), forth)
+    return s0 + x * (c1 + x * (c2 + x * (c3 + x * c4))), x
+
+
+@routine
+def _refine(
+    coef, slots, states, step_length, until, tasks, group_coef, state, trial, end, k, argument, samples, sums, error,
+    first, probe, general, axial, exact, rk4, load, forces,
+):  # fmt: skip
+    """Replace the kept estimates of extrema by the motion's own: ``slots`` (value, position in steps, step, length).
+
+    The runner-up counts only where its estimate could not be told from the best one's; its value is -inf elsewhere. What is
+    left to do is gathered from all quantities and lanes into full groups of lanes: the coefficients and the state
+    at the start of the candidate's step, a step up to the candidate, and a short one around it whose samples give the vertex.
+    """
+    n_state, n_coef = models.sizes(general, axial, exact)
+    count = 0
+    for quantity in range(_QUANTITIES):
+        best = quantity * _SLOTS * 4 * WIDTH
+        opposite = (quantity ^ 1 if quantity < 4 else 4) * _SLOTS * 4 * WIDTH
+        for slot in range(_SLOTS):
+            where = best + slot * 4 * WIDTH
+            for lane in range(WIDTH):
+                margin = _ESTIMATE_ERROR * (abs(slots[best + lane]) + abs(slots[opposite + lane]))
+                if slots[where + lane] > -np.inf and (slot == 0 or slots[where + lane] > slots[best + lane] - margin):
+                    tasks[count] = (quantity * _SLOTS + slot) * WIDTH + lane
+                    count += 1
+                else:
+                    slots[where + lane] = -np.inf
+    for task in tasks[:count]:
+        where = task // WIDTH * 4 * WIDTH + task % WIDTH
+        at = slots[where + WIDTH] * slots[where + 3 * WIDTH]
+        # From here on the place of the short step's start, s, stands for the position.
+        slots[where + WIDTH] = max(at - 0.5 * probe[0], 0.0)
+    for attempt in range(_REFINEMENTS):
+        left = 0
+        for group in range(0, count, WIDTH):
+            for lane in range(WIDTH):
+                task = tasks[min(group + lane, count - 1)]
+                slot, source = task // WIDTH, task % WIDTH
+                first[lane] = slots[slot * 4 * WIDTH + WIDTH + source]
+                for c in range(n_coef):
+                    group_coef[c * WIDTH + lane] = coef[c * WIDTH + source]
+                for c in range(n_state):
+                    state[c * WIDTH + lane] = states[(slot * n_state + c) * WIDTH + source]
+            _step(
+                state, trial, group_coef, first, k, argument, samples, sums, error, False,
+                general, axial, exact, rk4, load, forces,
+            )  # fmt: skip
+            _step(
+                trial, end, group_coef, probe, k, argument, samples, sums, error, True,
+                general, axial, exact, rk4, load, forces,
+            )  # fmt: skip
+            for lane in range(min(WIDTH, count - group)):
+                task = tasks[group + lane]
+                quantity = task // WIDTH // _SLOTS
+                where = task // WIDTH * 4 * WIDTH + task % WIDTH
+                number, length = slots[where + 2 * WIDTH], slots[where + 3 * WIDTH]
+                # An estimate may lie beyond its step's ends; only the ends of the statistics, ``until``, bind.
+                after = 0.5 * step_length if length == step_length else 0.0
+                before = 0.5 * step_length if number > 0.0 else 0.0
+                ends = until[quantity // 4 * WIDTH + task % WIDTH] - number * step_length
+                last = max(min(length + after, ends), length)
+                back, forth = (-before - first[lane]) / probe[lane], (last - first[lane]) / probe[lane]
+                value, move = _vertex(samples, quantity, lane, back, forth, rk4)
+                found = first[lane] + move * probe[lane]
+                done = move <= back or move >= forth or -0.1 <= move <= 1.1 or attempt == _REFINEMENTS - 1
+                slots[where] = value
+                slots[where + WIDTH] = found / step_length if done else max(found - 0.5 * probe[lane], -before)
+                if not done:
+                    tasks[left] = task
+                    left += 1
+        count = left
+        if count == 0:
+            break
+
+
 @kernel
 def integrate(
     raw,
@@ -338,7 +447,7 @@ def integrate(
         stages = 12
     else:
         stages = 4
-    coef = _lanes(n_coef)
+    coef, group_coef = _lanes(n_coef), _lanes(n_coef)
     y, end, trial = _lanes(n_state), _lanes(n_state), _lanes(n_state)
     argument, k = _lanes(n_state), _lanes(stages * n_state)
     samples, sums = _lanes((stages + 2) * 4), _lanes(5)
@@ -360,9 +469,9 @@ def integrate(
     low, high, f_low, f_high, side = (
         _lanes(1), _lanes(1), _lanes(1), _lanes(1), _lanes(1)
     )  # fmt: skip
-    counts = np.empty(_QUANTITIES + 2, np.int64)
+    counts, tasks = np.empty(_QUANTITIES + 2, np.int64), np.empty(_QUANTITIES * _SLOTS * WIDTH, np.int64)
     step_length = duration / steps
-    probe, found, flags = _lanes(1), _lanes(1), _lanes(_QUANTITIES + 2)
+    probe, flags, until = _lanes(1), _lanes(_QUANTITIES + 2), _lanes(2)
     probe[:] = _PROBE * step_length
 
     for block in range(0, n, WIDTH):
@@ -393,7 +502,7 @@ def integrate(
                 states[where : where + n_state * WIDTH] = y
 
         for step in range(steps):
-            _step(y, end, coef, h, k, argument, samples, sums, error, general, axial, exact, rk4, load, forces)
+            _step(y, end, coef, h, k, argument, samples, sums, error, True, general, axial, exact, rk4, load, forces)
             if forces is not None:
                 # Losses first: the step in which contact ends belongs to the statistics only up to that instant.
                 if forced > 0:
@@ -432,36 +541,9 @@ def integrate(
                     if counts[quantity] == 0:
                         continue
                     _peak(samples, quantity, best, position, rk4)
-                    if quantity == 4:
-                        _keep(
-                            y,
-                            h,
-                            step,
-                            step == steps - 1,
-                            best,
-                            position,
-                            flags,
-                            open_motion,
-                            slots,
-                            states,
-                            quantity,
-                            n_state,
-                        )
-                    else:
-                        _keep(
-                            y,
-                            h,
-                            step,
-                            step == steps - 1,
-                            best,
-                            position,
-                            flags,
-                            open_forces,
-                            slots,
-                            states,
-                            quantity,
-                            n_state,
-                        )
+                    open_lane = open_motion if quantity == 4 else open_forces
+                    last = step == steps - 1
+                    _keep(y, h, step, last, best, position, flags, open_lane, slots, states, quantity, n_state)
                 for row in range(4):
                     for lane in range(WIDTH):
                         integrals[row * WIDTH + lane] += sums[row * WIDTH + lane] if open_forces[lane] > 0.0 else 0.0
@@ -496,22 +578,9 @@ def integrate(
                 high[lane], h_part[lane], side[lane] = loss_bracket[lane], loss_bracket[lane] * step_length, 0.0
             for iteration in range(_ROOT_ITERATIONS):
                 _step(
-                    loss_state,
-                    trial,
-                    coef,
-                    h_part,
-                    k,
-                    argument,
-                    samples,
-                    sums,
-                    error,
-                    general,
-                    axial,
-                    exact,
-                    rk4,
-                    load,
-                    forces,
-                )
+                    loss_state, trial, coef, h_part, k, argument, samples, sums, error, False,
+                    general, axial, exact, rk4, load, forces,
+                )  # fmt: skip
                 for lane in range(WIDTH):
                     _, _, _, _, n_d, n_e, _, _, _, _, _ = models.observe(
                         trial, coef, lane, WIDTH, general, axial, exact, load
@@ -547,22 +616,9 @@ def integrate(
                         loss_time[lane] = -1.0  # no sign change there: the suspicion was wrong
             if on_loss != CONTINUE:
                 _step(
-                    loss_state,
-                    trial,
-                    coef,
-                    h_part,
-                    k,
-                    argument,
-                    samples,
-                    sums,
-                    error,
-                    general,
-                    axial,
-                    exact,
-                    rk4,
-                    load,
-                    forces,
-                )
+                    loss_state, trial, coef, h_part, k, argument, samples, sums, error, True,
+                    general, axial, exact, rk4, load, forces,
+                )  # fmt: skip
                 for row in range(4):
                     for lane in range(WIDTH):
                         integrals[row * WIDTH + lane] += sums[row * WIDTH + lane] if loss_step[lane] >= 0.0 else 0.0
@@ -577,58 +633,14 @@ def integrate(
                     _keep(loss_state, h_part, 0, True, best, position, flags, low, slots, states, quantity, n_state)
 
         if forces is not None:
-            for quantity in range(_QUANTITIES):
-                for slot in range(_SLOTS):
-                    where = (quantity * _SLOTS + slot) * 4 * WIDTH
-                    # The runner-up matters only where the estimates could not tell it from the best, lane by lane.
-                    wanted = 0
-                    first = quantity * _SLOTS * 4 * WIDTH
-                    opposite = (quantity ^ 1 if quantity < 4 else 4) * _SLOTS * 4 * WIDTH
-                    for lane in range(WIDTH):
-                        margin = _ESTIMATE_ERROR * (abs(slots[first + lane]) + abs(slots[opposite + lane]))
-                        rival = slot == 0 or slots[where + lane] > slots[first + lane] - margin
-                        low[lane] = 1.0 if rival and slots[where + lane] > -np.inf else 0.0
-                        wanted += low[lane] > 0.0
-                        position[lane] = -np.inf
-                    if wanted == 0:
-                        slots[where : where + WIDTH] = -np.inf
-                        continue
-                    where_state = (quantity * _SLOTS + slot) * n_state * WIDTH
-                    state = states[where_state : where_state + n_state * WIDTH]
-                    for lane in range(WIDTH):
-                        at = slots[where + WIDTH + lane] * slots[where + 3 * WIDTH + lane]
-                        best[lane] = max(at - 0.5 * probe[lane], 0.0)
-                    for _ in range(_REFINEMENTS):
-                        _step(
-                            state, trial, coef, best, k, argument, samples, sums, error,
-                            general, axial, exact, rk4, load, forces,
-                        )  # fmt: skip
-                        _step(
-                            trial, end, coef, probe, k, argument, samples, sums, error,
-                            general, axial, exact, rk4, load, forces,
-                        )  # fmt: skip
-                        far = 0
-                        for lane in range(WIDTH):
-                            number, length = slots[where + 2 * WIDTH + lane], slots[where + 3 * WIDTH + lane]
-                            # An estimate may lie beyond its step's ends; only the ends of the statistics bind.
-                            after = 0.5 * step_length if number < steps - 1 and length == step_length else 0.0
-                            before = 0.5 * step_length if number > 0.0 else 0.0
-                            back = (-before - best[lane]) / probe[lane]
-                            forth = (length + after - best[lane]) / probe[lane]
-                            value, move = _vertex(samples, quantity, lane, back, forth, rk4)
-                            # A lane that is done keeps its value whatever its neighbours still need.
-                            open_lane = low[lane] > 0.0
-                            position[lane] = value if open_lane else position[lane]
-                            found[lane] = best[lane] + move * probe[lane] if open_lane else found[lane]
-                            best[lane] = max(found[lane] - 0.5 * probe[lane], -before) if open_lane else best[lane]
-                            bound = move <= back or move >= forth
-                            low[lane] = 0.0 if bound or -0.1 <= move <= 1.1 else low[lane]
-                            far += low[lane] > 0.0
-                        if far == 0:
-                            break
-                    for lane in range(WIDTH):
-                        slots[where + lane] = position[lane]
-                        slots[where + WIDTH + lane] = found[lane] / step_length
+            for lane in range(WIDTH):
+                lost = loss_time[lane] >= 0.0
+                until[lane] = loss_time[lane] if lost and on_loss != CONTINUE else duration
+                until[WIDTH + lane] = loss_time[lane] if lost and on_loss == END else duration
+            _refine(
+                coef, slots, states, step_length, until, tasks, group_coef, loss_state, trial, end, k, argument, samples,
+                sums, error, best, probe, general, axial, exact, rk4, load, forces,
+            )  # fmt: skip
             for quantity in range(_QUANTITIES):
                 first = quantity * _SLOTS * 4 * WIDTH
                 second = first + 4 * WIDTH
@@ -679,6 +691,9 @@ def integrate(
                     second = first + _SLOTS * 4 * WIDTH
                     out[D_MAX + 4 * end_plane, i] = slots[first + lane]
                     out[D_MIN + 4 * end_plane, i] = -slots[second + lane]
+                    if status == CONTACT_LOST and on_loss != CONTINUE and span > 0.0:
+                        # Until contact is lost no force is negative: what is left below zero is the root's rounding.
+                        out[D_MIN + 4 * end_plane, i] = max(-slots[second + lane], 0.0)
                     if span > 0.0:
                         out[D_MEAN + 4 * end_plane, i] = integrals[2 * end_plane * WIDTH + lane] / span
                         out[D_RMS + 4 * end_plane, i] = math.sqrt(integrals[(2 * end_plane + 1) * WIDTH + lane] / span)
@@ -696,33 +711,6 @@ def integrate(
             norm = math.sqrt(raw[1, i] ** 2 + w2)
             out[ORIGIN_X, i], out[ORIGIN_Y, i] = x, z
             out[AXIS_X, i], out[AXIS_Y, i], out[AXIS_Z, i] = u / norm, v / norm, raw[1, i] / norm
-
-
-@device
-def _vertex(samples, quantity, lane, back, forth, rk4):
-    """Maximum near 0 over [back, forth] of the polynomial through a short step's samples, and where; in lengths of it."""
-    s0, s1, s2 = (
-        _sample(samples, 0, quantity, lane, rk4),
-        _sample(samples, 1, quantity, lane, rk4),
-        _sample(samples, 2, quantity, lane, rk4),
-    )
-    if rk4 is None:
-        s3, s4 = _sample(samples, 3, quantity, lane, rk4), _sample(samples, 4, quantity, lane, rk4)
-        c1 = _FIT8[1, 0] * s0 + _FIT8[1, 1] * s1 + _FIT8[1, 2] * s2 + _FIT8[1, 3] * s3 + _FIT8[1, 4] * s4
-        c2 = _FIT8[2, 0] * s0 + _FIT8[2, 1] * s1 + _FIT8[2, 2] * s2 + _FIT8[2, 3] * s3 + _FIT8[2, 4] * s4
-        c3 = _FIT8[3, 0] * s0 + _FIT8[3, 1] * s1 + _FIT8[3, 2] * s2 + _FIT8[3, 3] * s3 + _FIT8[3, 4] * s4
-        c4 = _FIT8[4, 0] * s0 + _FIT8[4, 1] * s1 + _FIT8[4, 2] * s2 + _FIT8[4, 3] * s3 + _FIT8[4, 4] * s4
-    else:
-        c1 = _FIT4[1, 0] * s0 + _FIT4[1, 1] * s1 + _FIT4[1, 2] * s2
-        c2 = _FIT4[2, 0] * s0 + _FIT4[2, 1] * s1 + _FIT4[2, 2] * s2
-        c3, c4 = 0.0, 0.0
-    x = min(0.5, forth)
-    for _ in range(3):
-        slope = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * 4.0 * c4))
-        curvature = 2.0 * c2 + x * (6.0 * c3 + x * 12.0 * c4)
-        move = -slope / curvature if curvature < 0.0 else (1.0 if slope > 0.0 else -1.0)
-        x = min(max(x + min(max(move, -3.0), 3.0), back), forth)
-    return s0 + x * (c1 + x * (c2 + x * (c3 + x * c4))), x
 
 
 @kernel
@@ -749,7 +737,7 @@ def trace(raw, steps, duration, project_energy, states, coef, general, axial, ex
     for c in range(n_state):
         states[0, c] = y[c * WIDTH]
     for step in range(steps):
-        _step(y, end, coef, h, k, argument, samples, sums, error, general, axial, exact, rk4, load, None)
+        _step(y, end, coef, h, k, argument, samples, sums, error, False, general, axial, exact, rk4, load, None)
         if project_energy:
             if general is not None:
                 for lane in range(WIDTH):

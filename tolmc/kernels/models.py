@@ -41,10 +41,10 @@ def prepare(raw, i, coef, y, lane, width, general, axial, exact):
         slope_general.start(raw, i, y, lane, width)
     elif axial is not None:
         slope_axial.prepare(raw, i, coef, lane, width)
-        slope_axial.start(raw, i, y, lane, width)
+        slope_axial.start(raw, i, y, coef, lane, width)
     else:
         slope_symmetric.prepare(raw, i, coef, lane, width)
-        slope_symmetric.start(raw, i, y, lane, width)
+        slope_symmetric.start(raw, i, y, coef, lane, width)
 
 
 @device

@@ -1,6 +1,6 @@
 """Symmetric body under axial load alone: the pose matters only through the angle between D and E.
 
-State (cos(delta), sin(delta), s, d), delta half the angle from E to D: four components instead of six, and no product with
+State (cos(delta), sin(delta), P_s, P_d), delta half the angle from E to D: four components instead of six, and no product with
 a transverse load.
 """
 
@@ -12,44 +12,43 @@ from tolmc.kernels import parameters as P
 from tolmc.kernels import slope_symmetric
 from tolmc.kernels.jit import device
 
-STATE = 4  # cos(delta), sin(delta), s, d
+STATE = 4  # cos(delta), sin(delta), P_s, P_d
 COEFFICIENTS = slope_symmetric.COEFFICIENTS
-_R = COEFFICIENTS - 1
 
 prepare = slope_symmetric.prepare
 
 
 @device
-def start(raw, i, y, lane, width):
+def start(raw, i, y, coef, lane, width):
     """State at t = 0 from the polar angles and their rates."""
     delta = 0.5 * (raw[P.ALPHA, i] - raw[P.BETA, i])
-    y[lane], y[width + lane] = math.cos(delta), math.sin(delta)
-    y[2 * width + lane] = 0.5 * (raw[P.ALPHA_RATE, i] + raw[P.BETA_RATE, i])
-    y[3 * width + lane] = 0.5 * (raw[P.ALPHA_RATE, i] - raw[P.BETA_RATE, i])
+    cos_d, sin_d = math.cos(delta), math.sin(delta)
+    y[lane], y[width + lane] = cos_d, sin_d
+    y[2 * width + lane], y[3 * width + lane] = slope_symmetric.momenta(raw, i, cos_d, sin_d, coef, lane, width)
 
 
 @device
 def evaluate(y, coef, lane, width, with_load):
-    """(s', d', N_D, N_E, lambda_D, lambda_E, q, T, V) of one lane."""
+    """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V, q) of one lane."""
     cos_d, sin_d = y[lane], y[width + lane]
     q = sin_d * sin_d
-    s_rate, d_rate, n_d, n_e, lambda_d, lambda_e, kinetic, potential = slope_symmetric.dynamics(
+    s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential = slope_symmetric.dynamics(
         cos_d * cos_d, q, cos_d * sin_d, y[2 * width + lane], y[3 * width + lane], False,
         0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, coef, lane, width, with_load,
     )  # fmt: skip
-    return s_rate, d_rate, n_d, n_e, lambda_d, lambda_e, q, kinetic, potential
+    return s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential, q
 
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
     """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 (m^2) and the power of the torque (none here)."""
-    s_rate, d_rate, n_d, n_e, _, _, q, _, _ = evaluate(y, coef, lane, width, with_load)
-    turn = h * y[3 * width + lane]
+    _, d, rate_s, rate_d, n_d, n_e, _, _, _, _, q = evaluate(y, coef, lane, width, with_load)
+    turn = h * d
     k[first + lane] = -turn * y[width + lane]
     k[first + width + lane] = turn * y[lane]
-    k[first + 2 * width + lane] = h * s_rate
-    k[first + 3 * width + lane] = h * d_rate
-    r = coef[_R * width + lane]
+    k[first + 2 * width + lane] = h * rate_s
+    k[first + 3 * width + lane] = h * rate_d
+    r = coef[slope_symmetric.R * width + lane]
     return n_d, n_e, r * r * q, 0.0
 
 
@@ -65,7 +64,7 @@ def project(y, coef, lane, width):
 
 @device
 def scale_speeds(y, factor, lane, width):
-    """Multiply the speeds by ``factor``: the projection on the energy."""
+    """Multiply the speeds, and so the momenta, by ``factor``: the projection on the energy."""
     y[2 * width + lane] *= factor
     y[3 * width + lane] *= factor
 
@@ -73,8 +72,8 @@ def scale_speeds(y, factor, lane, width):
 @device
 def observe(y, coef, lane, width, with_load):
     """(|O|, 0, |w|, 0, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane, SI units."""
-    _, _, n_d, n_e, lambda_d, lambda_e, q, kinetic, potential = evaluate(y, coef, lane, width, with_load)
-    r = coef[_R * width + lane]
+    _, _, _, _, n_d, n_e, lambda_d, lambda_e, kinetic, potential, q = evaluate(y, coef, lane, width, with_load)
+    r = coef[slope_symmetric.R * width + lane]
     return (
         r * abs(y[lane]), 0.0, r * abs(y[width + lane]), 0.0,
         n_d, n_e, lambda_d, lambda_e, kinetic, potential, r * r * q,

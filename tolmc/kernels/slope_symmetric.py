@@ -6,17 +6,20 @@ cos(sigma)). Every velocity that keeps contact has two speeds, s = sigma' and d 
 
     o' = J (s o + d w),  w' = J (s w + d o),  J(x, y) = (-y, x)
 
-The spin Omega is constant and the spin angle plays no part. Lagrange's equations, divided by m r^2, with p = |o|^2,
-q = |w|^2, h = o x w = sin(2 delta)/2, kappa = r^2/L^2, y = 1/(1 + kappa q), n = sqrt(y) = cos(tilt), B = A/(m L^2),
-Z = z_C/L, Gamma = C Omega/(m L^2):
+The spin Omega is constant and the spin angle plays no part. Lagrange's equations for the momenta P_s = a11 s + a12 d and
+P_d = a12 s + a22 d, divided by m r^2, with p = |o|^2, q = |w|^2, h = o x w = sin(2 delta)/2, kappa = r^2/L^2,
+y = 1/(1 + kappa q), n = sqrt(y) = cos(tilt), B = A/(m L^2), Z = z_C/L, Gamma = C Omega/(m L^2):
 
     a11 = p + B q y,  a22 = q + B p y^2,  a12 = Z n (p y + q)
-    a11 s' + a12 d' = Q_sigma - 2 h d (a11_q s + a12_q d - Gamma n y/2)
-    a12 s' + a22 d' = Q_delta + 2 h ((a11_q s^2 - a22_q d^2)/2 - Gamma n y s/2)
-    a11_q = B y^2 - 1,  a22_q = 1 - B y^2 (1 + 2 kappa p y),  a12_q = Z kappa n y (q - 3 p y)/2
+    P_s' = Q_sigma + h d Gamma n y
+    P_d' = Q_delta + h (a11_q s^2 + 2 a12_q s d + a22_q d^2 - s Gamma n y)
+    a11_q = B y^2 - 1,  a22_q = 1 - B y^2 (1 + 2 kappa p y),  2 a12_q = Z kappa n y (q - 3 p y)
 
-No difference of nearly equal numbers is left at any clearance. y and the determinant share one division; with the square
-root of 1 + kappa q that is all the slow arithmetic of an evaluation.
+Momenta and not speeds: a right-hand side takes a fifth less arithmetic, and at equal steps the error is a third. The
+spin's own part of P_s, Gamma (n - 1)/kappa, is left out: at small clearance it would drown the rest. No difference of
+nearly equal numbers is left at any clearance.
+
+The axes X and Y are turned so that G_y = 0, G = sum z_i F_i the moment of the loads' resultants (F_y = 0 where G = 0).
 """
 
 from __future__ import annotations
@@ -26,11 +29,16 @@ import math
 from tolmc.kernels import parameters as P
 from tolmc.kernels.jit import device
 
-STATE = 6  # o_x, o_y, w_x, w_y, s, d
-COEFFICIENTS = 12
+STATE = 6  # o_x, o_y, w_x, w_y, P_s, P_d
+COEFFICIENTS = 16
 
-# Rows of the coefficients: kappa, B, Z, Gamma, F/(m r), G/(m r L) and G_z/(m r^2) with G = sum z_i F_i, m r, m r^2, r.
-_KAPPA, _B, _Z, _GAMMA, _FX, _FY, _GX, _GY, _GZ, _FORCE, _ENERGY, _R = range(COEFFICIENTS)
+# Rows of the coefficients: kappa, 2 kappa, B, Z, kappa Z, Gamma, F/(m r), G_x/(m r L), G_z/(m r^2), m r/2, m r^2, r, and
+# the cosine and sine of the turn of the axes.
+(
+    _KAPPA, _KAPPA_2, _B, _Z, _KAPPA_Z, _GAMMA, _FX, _FY, _GX, _GZ, _HALF_FORCE, _ENERGY, _HALF_ENERGY, R, _COS, _SIN,
+) = range(COEFFICIENTS)  # fmt: skip
+
+_TINY = 1e-290  # below it a vector has no direction: its components are no longer full numbers
 
 
 @device
@@ -39,39 +47,63 @@ def prepare(raw, i, coef, lane, width):
     r, length, mass = raw[P.RADIUS, i], raw[P.HALF_LENGTH, i], raw[P.MASS, i]
     z, z_force = raw[P.COM_Z, i], raw[P.POINT_Z, i] / mass
     per_inertia = 1.0 / (mass * length * length)
-    coef[_KAPPA * width + lane] = (r / length) ** 2
+    kappa = (r / length) ** 2
+    coef[_KAPPA * width + lane], coef[_KAPPA_2 * width + lane] = kappa, 2.0 * kappa
     coef[_B * width + lane] = raw[P.J_XX, i] * per_inertia
-    coef[_Z * width + lane] = z / length
+    coef[_Z * width + lane], coef[_KAPPA_Z * width + lane] = z / length, kappa * z / length
     coef[_GAMMA * width + lane] = raw[P.J_ZZ, i] * raw[P.SPIN_RATE, i] * per_inertia
-    for axis in range(2):
-        gravity, force = raw[P.GRAVITY_X + axis, i], raw[P.FORCE_X + axis, i]
-        coef[(_FX + axis) * width + lane] = (gravity + force / mass) / r
-        coef[(_GX + axis) * width + lane] = (z * gravity + z_force * force) / (r * length)
+    fx = (raw[P.GRAVITY_X, i] + raw[P.FORCE_X, i] / mass) / r
+    fy = (raw[P.GRAVITY_Y, i] + raw[P.FORCE_Y, i] / mass) / r
+    gx = (z * raw[P.GRAVITY_X, i] + z_force * raw[P.FORCE_X, i]) / (r * length)
+    gy = (z * raw[P.GRAVITY_Y, i] + z_force * raw[P.FORCE_Y, i]) / (r * length)
+    moment, force = math.hypot(gx, gy), math.hypot(fx, fy)
+    cos_t, sin_t = 1.0, 0.0
+    if moment > _TINY:
+        cos_t, sin_t = gx / moment, gy / moment
+    elif force > _TINY:
+        cos_t, sin_t = fx / force, fy / force
+    coef[_FX * width + lane], coef[_FY * width + lane] = cos_t * fx + sin_t * fy, cos_t * fy - sin_t * fx
+    coef[_GX * width + lane] = moment
     coef[_GZ * width + lane] = (z * raw[P.GRAVITY_Z, i] + z_force * raw[P.FORCE_Z, i]) / (r * r)
-    coef[_FORCE * width + lane] = mass * r
-    coef[_ENERGY * width + lane] = mass * r * r
-    coef[_R * width + lane] = r
+    coef[_HALF_FORCE * width + lane] = 0.5 * mass * r
+    coef[_ENERGY * width + lane], coef[_HALF_ENERGY * width + lane] = mass * r * r, 0.5 * mass * r * r
+    coef[R * width + lane] = r
+    coef[_COS * width + lane], coef[_SIN * width + lane] = cos_t, sin_t
 
 
 @device
-def start(raw, i, y, lane, width):
+def start(raw, i, y, coef, lane, width):
     """State at t = 0 from the polar angles and their rates."""
     sigma = 0.5 * (raw[P.ALPHA, i] + raw[P.BETA, i])
     delta = 0.5 * (raw[P.ALPHA, i] - raw[P.BETA, i])
-    y[lane] = math.cos(delta) * math.cos(sigma)
-    y[width + lane] = math.cos(delta) * math.sin(sigma)
-    y[2 * width + lane] = -math.sin(delta) * math.sin(sigma)
-    y[3 * width + lane] = math.sin(delta) * math.cos(sigma)
-    y[4 * width + lane] = 0.5 * (raw[P.ALPHA_RATE, i] + raw[P.BETA_RATE, i])
-    y[5 * width + lane] = 0.5 * (raw[P.ALPHA_RATE, i] - raw[P.BETA_RATE, i])
+    cos_t, sin_t = coef[_COS * width + lane], coef[_SIN * width + lane]
+    cos_s = math.cos(sigma) * cos_t + math.sin(sigma) * sin_t
+    sin_s = math.sin(sigma) * cos_t - math.cos(sigma) * sin_t
+    cos_d, sin_d = math.cos(delta), math.sin(delta)
+    y[lane], y[width + lane] = cos_d * cos_s, cos_d * sin_s
+    y[2 * width + lane], y[3 * width + lane] = -sin_d * sin_s, sin_d * cos_s
+    y[4 * width + lane], y[5 * width + lane] = momenta(raw, i, cos_d, sin_d, coef, lane, width)
 
 
 @device
-def dynamics(p, q, h, s, d, transverse, jf_o, jf_w, jg_o, jg_w, f_o, f_w, g_o, g_w, coef, lane, width, with_load):
-    """(s', d', N_D, N_E, lambda_D, lambda_E, T, V) from the invariants p, q, h of a pose and the speeds.
+def momenta(raw, i, cos_d, sin_d, coef, lane, width):
+    """P_s and P_d at t = 0 from the rates of the polar angles."""
+    s = 0.5 * (raw[P.ALPHA_RATE, i] + raw[P.BETA_RATE, i])
+    d = 0.5 * (raw[P.ALPHA_RATE, i] - raw[P.BETA_RATE, i])
+    p, q, inertia = cos_d * cos_d, sin_d * sin_d, coef[_B * width + lane]
+    y = 1.0 / (1.0 + coef[_KAPPA * width + lane] * q)
+    a12 = coef[_Z * width + lane] * math.sqrt(y) * (p * y + q)
+    return (p + inertia * q * y) * s + a12 * d, a12 * s + (q + inertia * p * y * y) * d
 
-    The loads enter by their products with the pose, f_o = f.o, jf_o = f.Jo and so on with f = F/(m r), g = G/(m r L);
-    without ``transverse`` load they play no part. With S, D = (lambda_D +- lambda_E)/(m r), the residuals of the equations
+
+@device
+def dynamics(
+    p, q, h, momentum_s, momentum_d, transverse, f_o, f_w, jf_o, jf_w, ox, wx, oy, wy, coef, lane, width, with_load
+):
+    """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V) from the invariants p, q, h of a pose and the momenta.
+
+    The forces enter by f.o, f.w and the turned f.Jo, f.Jw with f = F/(m r); the pose itself only by its products with G_x;
+    without ``transverse`` load both play no part. With S, D = (lambda_D +- lambda_E)/(m r), the residuals of the equations
     of motion along the radii,
 
         S = h (d' (B y^2 - 1) - Z kappa n q y s') - d^2 (p + B q y^2 (1 + 2 kappa p y)) - s^2 (p + B q y^2)
@@ -83,95 +115,105 @@ def dynamics(p, q, h, s, d, transverse, jf_o, jf_w, jg_o, jg_w, f_o, f_w, g_o, g
     C Omega^2/2. N, J; what a caller does not use is not computed.
     """
     kappa, inertia, z = coef[_KAPPA * width + lane], coef[_B * width + lane], coef[_Z * width + lane]
-    gamma = coef[_GAMMA * width + lane]
-    stretch = 1.0 + kappa * q
-    root = math.sqrt(stretch)
-    stretch2 = stretch * stretch
-    b11, b22, b12 = p * stretch + inertia * q, q * stretch2 + inertia * p, z * (p + q * stretch)
-    det = b11 * b22 - b12 * b12
-    inverse = 1.0 / (stretch * det)
-    y = inverse * det
-    n = root * y
-    y2, ny = y * y, n * y
-    a11, a22, a12 = b11 * y, b22 * y2, b12 * ny
-    inverse_det = inverse * (stretch2 * stretch2)
+    y = 1.0 / (1.0 + kappa * q)
+    n = math.sqrt(y)
+    py, ny, zn = p * y, n * y, z * n
+    iy = inertia * y
+    iy2 = iy * y
+    a11, a22, a12 = p + iy * q, q + iy2 * p, zn * (py + q)
+    inverse = 1.0 / (a11 * a22 - a12 * a12)
+    s = (a22 * momentum_s - a12 * momentum_d) * inverse
+    d = (a11 * momentum_d - a12 * momentum_s) * inverse
 
-    py, iy2 = p * y, inertia * y2
-    bend = 2.0 * kappa * py
-    twist = 0.5 * gamma * ny
-    a11_q, a22_q, a12_q = iy2 - 1.0, 1.0 - iy2 - iy2 * bend, 0.5 * z * kappa * ny * (q - 3.0 * py)
-    h2, s2, d2 = 2.0 * h, s * s, d * d
-    v_s = -h2 * d * (a11_q * s + a12_q * d - twist)
-    v_d = h2 * (0.5 * (a11_q * s2 - a22_q * d2) - twist * s)
+    bend = iy2 * py
+    a11_q = iy2 - 1.0
+    a22_q = -a11_q - coef[_KAPPA_2 * width + lane] * bend
+    a12_q2 = coef[_KAPPA_Z * width + lane] * ny * (q - 3.0 * py)
+    twist = coef[_GAMMA * width + lane] * ny
+    force_s = 0.0
+    force_d = 0.0
+    tip = 0.0
     load_sum, load_difference, potential = 0.0, 0.0, 0.0
     if with_load:
         axial = coef[_GZ * width + lane]
-        knyh = kappa * ny * h
+        kny = kappa * ny
         if transverse:
-            v_s += jf_o + n * jg_w
-            v_d += jf_w + n * jg_o - knyh * (g_w + axial)
-            load_sum = f_o + ny * g_w - kappa * ny * q * axial
-            load_difference = f_w + n * g_o
-            potential = -(f_o + n * (g_w + axial))
+            gx = coef[_GX * width + lane]
+            ngx = n * gx
+            force_s = jf_o - ngx * wy
+            force_d = jf_w - ngx * oy
+            axial += gx * wx
+            load_difference = f_w + ngx * ox
+            load_sum = f_o + ny * (gx * wx) - kny * q * coef[_GZ * width + lane]
+            potential = -(f_o + n * axial)
         else:
-            v_d -= knyh * axial
-            load_sum = -kappa * ny * q * axial
+            load_sum = -kny * q * axial
             potential = -n * axial
-    s_rate = (v_s * a22 - v_d * a12) * inverse_det
-    d_rate = (v_d * a11 - v_s * a12) * inverse_det
+        tip = kny * axial
+    hd = h * d
+    rate_s = force_s + hd * twist
+    rate_d = force_d + h * (s * (a11_q * s + (a12_q2 * d - twist)) + (a22_q * d * d - tip))
 
+    v_s = force_s - hd * (2.0 * a11_q * s + (a12_q2 * d - twist))
+    v_d = force_d + h * (s * (a11_q * s - twist) - (a22_q * d * d + tip))
+    s_rate = (v_s * a22 - v_d * a12) * inverse
+    d_rate = (v_d * a11 - v_s * a12) * inverse
     qy = q * y
-    bow = z * kappa * n * qy
+    bow = kappa * zn * qy
+    s2, d2 = s * s, d * d
+    iqy2 = iy2 * q
+    kpy = coef[_KAPPA_2 * width + lane] * py
     total = (
         h * (d_rate * a11_q - bow * s_rate)
-        - d2 * (p + inertia * qy * y * (1.0 + bend))
-        - s2 * (p + inertia * qy * y)
-        + s * (gamma * n * qy - 2.0 * z * ny * d)
+        - d2 * (p + iqy2 * (1.0 + kpy))
+        - s2 * (p + iqy2)
+        + s * (twist * q - 2.0 * z * ny * d)
         - load_sum
     )
     difference = (
-        h * (s_rate * (1.0 - inertia * y) - bow * d_rate)
-        - 2.0 * s * d * (q + iy2 * p)
-        + gamma * n * py * d
-        - z * n * (d2 * (p + qy * (1.0 + 1.5 * bend)) + s2)
+        h * (s_rate * (1.0 - iy) - bow * d_rate)
+        - 2.0 * s * d * a22
+        + twist * p * d
+        - zn * (d2 * (p + qy * (1.0 + 1.5 * kpy)) + s2)
         - load_difference
     )
-    half = 0.5 * coef[_FORCE * width + lane]
+    half = coef[_HALF_FORCE * width + lane]
     lambda_d, lambda_e = half * (total + difference), half * (total - difference)
     normal = math.sqrt(1.0 + kappa * q * q)
-    joule = coef[_ENERGY * width + lane]
-    kinetic = joule * (0.5 * (a11 * s2 + a22 * d2) + a12 * s * d)
-    return s_rate, d_rate, -lambda_d * normal, -lambda_e * normal, lambda_d, lambda_e, kinetic, joule * potential
+    kinetic = coef[_HALF_ENERGY * width + lane] * (s * momentum_s + d * momentum_d)
+    return (
+        s, d, rate_s, rate_d, -lambda_d * normal, -lambda_e * normal, lambda_d, lambda_e,
+        kinetic, coef[_ENERGY * width + lane] * potential,
+    )  # fmt: skip
 
 
 @device
 def evaluate(y, coef, lane, width, with_load):
-    """(s', d', N_D, N_E, lambda_D, lambda_E, q, T, V) of one lane."""
+    """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V, q) of one lane."""
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     fx, fy = coef[_FX * width + lane], coef[_FY * width + lane]
-    gx, gy = coef[_GX * width + lane], coef[_GY * width + lane]
     q = wx * wx + wy * wy
-    s_rate, d_rate, n_d, n_e, lambda_d, lambda_e, kinetic, potential = dynamics(
+    s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential = dynamics(
         ox * ox + oy * oy, q, ox * wy - oy * wx, y[4 * width + lane], y[5 * width + lane], True,
-        fy * ox - fx * oy, fy * wx - fx * wy, gy * ox - gx * oy, gy * wx - gx * wy,
-        fx * ox + fy * oy, fx * wx + fy * wy, gx * ox + gy * oy, gx * wx + gy * wy, coef, lane, width, with_load,
+        fx * ox + fy * oy, fx * wx + fy * wy, fy * ox - fx * oy, fy * wx - fx * wy,
+        ox, wx, oy, wy, coef, lane, width, with_load,
     )  # fmt: skip
-    return s_rate, d_rate, n_d, n_e, lambda_d, lambda_e, q, kinetic, potential
+    return s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential, q
 
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
     """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 (m^2) and the power of the torque (none here)."""
-    s_rate, d_rate, n_d, n_e, _, _, q, _, _ = evaluate(y, coef, lane, width, with_load)
+    s, d, rate_s, rate_d, n_d, n_e, _, _, _, _, q = evaluate(y, coef, lane, width, with_load)
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
-    s, d = h * y[4 * width + lane], h * y[5 * width + lane]
+    s, d = h * s, h * d
     k[first + lane] = -(s * oy + d * wy)
     k[first + width + lane] = s * ox + d * wx
     k[first + 2 * width + lane] = -(s * wy + d * oy)
     k[first + 3 * width + lane] = s * wx + d * ox
-    k[first + 4 * width + lane] = h * s_rate
-    k[first + 5 * width + lane] = h * d_rate
-    r = coef[_R * width + lane]
+    k[first + 4 * width + lane] = h * rate_s
+    k[first + 5 * width + lane] = h * rate_d
+    r = coef[R * width + lane]
     return n_d, n_e, r * r * q, 0.0
 
 
@@ -198,17 +240,19 @@ def project(y, coef, lane, width):
 
 @device
 def scale_speeds(y, factor, lane, width):
-    """Multiply the speeds by ``factor``: the projection on the energy."""
+    """Multiply the speeds, and so the momenta, by ``factor``: the projection on the energy."""
     y[4 * width + lane] *= factor
     y[5 * width + lane] *= factor
 
 
 @device
 def observe(y, coef, lane, width, with_load):
-    """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane, SI units."""
-    _, _, n_d, n_e, lambda_d, lambda_e, q, kinetic, potential = evaluate(y, coef, lane, width, with_load)
-    r = coef[_R * width + lane]
+    """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane, SI units, in the axes of the scene."""
+    _, _, _, _, n_d, n_e, lambda_d, lambda_e, kinetic, potential, q = evaluate(y, coef, lane, width, with_load)
+    r = coef[R * width + lane]
+    cos_t, sin_t = r * coef[_COS * width + lane], r * coef[_SIN * width + lane]
+    ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     return (
-        r * y[lane], r * y[width + lane], r * y[2 * width + lane], r * y[3 * width + lane],
+        cos_t * ox - sin_t * oy, sin_t * ox + cos_t * oy, cos_t * wx - sin_t * wy, sin_t * wx + cos_t * wy,
         n_d, n_e, lambda_d, lambda_e, kinetic, potential, r * r * q,
     )  # fmt: skip
