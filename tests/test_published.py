@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scenes import FORCES, START, dimensions
 from twins import published_twin, slope_twin
 
+from tolmc import simulate, simulate_many
 from tolmc.kernels import parameters as P
 from tolmc.kernels import published
 from tolmc.kernels.runge_kutta import TABLEAUX
@@ -39,6 +41,7 @@ class Record:
     contact_force: np.ndarray
     multipliers: np.ndarray
     energy: np.ndarray
+    work: np.ndarray
 
     @property
     def origin(self):
@@ -51,7 +54,7 @@ def parameters(scene):
 
 def integrate(scene, steps, method="rk8", regular=False, start=None):
     p, rows = parameters(scene), steps + 1
-    widths = {"q": (5,), "qd": (5,), "axis": (3,), "contact_force": (2,), "multipliers": (2,), "energy": ()}
+    widths = {"q": (5,), "qd": (5,), "axis": (3,), "contact_force": (2,), "multipliers": (2,), "energy": (), "work": ()}
     record = {name: np.empty((rows, *width)) for name, width in widths.items()}
     record["q"][0], record["qd"][0] = published.start(p) if start is None else start
     tableau = TABLEAUX[method]
@@ -426,3 +429,30 @@ def test_an_absurd_step_diverges():
     record = integrate(scene, 3)
     assert record.status == published.DIVERGED
     assert record.rows == 1
+
+
+@pytest.mark.parametrize("formulation", ["published", "published-regular"])
+def test_the_torques_work_counts_in_the_energy(formulation):
+    """A torque changes the energy by its work, which is no error."""
+    scene = Scene(JOINT, BODY, Loads((1, -9.81, -2), torque=(0.01, -0.004, 0.02)), START, 0.04)
+    motions = {name: simulate(scene, step=1e-4, formulation=name) for name in (formulation, "slope")}
+    assert {motion.status for motion in motions.values()} == {"ok"}
+    assert np.ptp(motions[formulation].energy) > 1e-2 * np.abs(motions[formulation].energy).max()
+    np.testing.assert_allclose(motions[formulation].energy, motions["slope"].energy, rtol=1e-9)
+    samples = simulate_many(scene, **dimensions(scene), step=1e-4, formulation=formulation)
+    assert samples.energy_error[0] < 1e-10
+
+
+def test_samples_between_records_bridge_a_singular_set_that_the_steps_pass():
+    """Steps that straddle psi = k pi/2 are right; so are statistics, where only a sample between two records meets the set."""
+    scene = reference_scene("general_body_unbalanced")
+    step = scene.duration / 2000
+    motion = simulate(scene, step=step, formulation="published")
+    assert motion.status == "ok"
+    assert motion.time[-1] == scene.duration
+    published, slope = (
+        simulate_many(scene, **dimensions(scene), step=step, formulation=name).iloc[0]
+        for name in ("published", "slope")
+    )
+    for name in FORCES:
+        assert published[name] == pytest.approx(slope[name], rel=1e-8), name

@@ -291,18 +291,20 @@ class _Records:
     contact_force: np.ndarray
     multipliers: np.ndarray
     energy: np.ndarray
+    work: np.ndarray
 
 
 def _published_records(parameters: np.ndarray, plan: Plan, duration: float) -> _Records:
     tableau, n = TABLEAUX[plan.method], plan.steps + 1
     q, qd, axis = np.empty((n, 5)), np.empty((n, 5)), np.empty((n, 3))
-    force, multipliers, energy = np.empty((n, 2)), np.empty((n, 2)), np.empty(n)
+    force, multipliers, energy, work = np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n)
     q[0], qd[0] = published.start(parameters)
     regular = plan.formulation == "published-regular"
     status, rows = published.integrate(
-        parameters, duration / plan.steps, tableau.matrix, tableau.b, regular, q, qd, axis, force, multipliers, energy
-    )
-    return _Records(status, rows, q, qd, axis, force, multipliers, energy)
+        parameters, duration / plan.steps, tableau.matrix, tableau.b, regular,
+        q, qd, axis, force, multipliers, energy, work,
+    )  # fmt: skip
+    return _Records(status, rows, q, qd, axis, force, multipliers, energy, work)
 
 
 def _published_results(raw, plan: Plan, forces: bool, duration: float, on_loss: int) -> np.ndarray:
@@ -312,29 +314,23 @@ def _published_results(raw, plan: Plan, forces: bool, duration: float, on_loss: 
     statistics; its status says which set, its end time when.
     """
     out = np.full((ensemble.RESULTS, raw.shape[1]), np.nan)
-    tableau, step = TABLEAUX[plan.method], duration / plan.steps
-    regular = plan.formulation == "published-regular"
+    step = duration / plan.steps
     for i in range(raw.shape[1]):
         parameters = np.ascontiguousarray(raw[:, i])
         records = _published_records(parameters, plan, duration)
         status, rows = records.status, records.rows
-        inner_force = np.empty((plan.steps, len(POSITIONS), 2))
-        inner_axis = np.empty((plan.steps, len(POSITIONS), 3))
+        quantities = []
         if status == published.OK and forces:
-            inner_origin = np.empty((plan.steps, len(POSITIONS), 2))
-            status = published.sample_steps(
-                parameters, step, tableau.matrix, tableau.b, regular, records.q, records.qd, POSITIONS,
-                inner_origin, inner_axis, inner_force,
-            )  # fmt: skip
-            if status != published.OK:
-                rows = 1 + int(np.argmax(np.isnan(inner_force).any(axis=(1, 2))))
+            sampled_status, quantities = _published_quantities(parameters, plan, records, step)
+            lost = [quantity.first_gap() for quantity in quantities]
+            if min(lost) < plan.steps:
+                status, rows = sampled_status, 1 + min(lost)
         if status != published.OK:
             out[ensemble.STATUS, i] = _PUBLISHED_STATUS[status]
             out[ensemble.END_TIME, i] = max(rows - 1, 0) * step
             continue
-        kinetic = np.ptp(records.energy)
-        scale = _kinetic_scale(records, parameters)
-        out[ensemble.ENERGY_ERROR, i] = np.abs(records.energy - records.energy[0]).max() / scale if kinetic else 0.0
+        drift = np.abs(records.energy - records.work - records.energy[0]).max()
+        out[ensemble.ENERGY_ERROR, i] = drift / _kinetic_scale(records, parameters) if drift else 0.0
         d, e, r = *_ends(records, parameters), parameters[P.RADIUS]
         out[ensemble.CONSTRAINT_ERROR, i] = max(np.abs(np.hypot(*end.T) / r - 1).max() for end in (d, e))
         out[ensemble.ORIGIN_X : ensemble.ORIGIN_Y + 1, i] = records.q[-1, :2]
@@ -342,8 +338,7 @@ def _published_results(raw, plan: Plan, forces: bool, duration: float, on_loss: 
         out[ensemble.END_TIME, i], out[ensemble.STATUS, i] = duration, ensemble.OK
         if not forces:
             continue
-        tilt = Sampled(_tilt(records.axis), _tilt(inner_axis), step)
-        sides = [Sampled(records.contact_force[:, k], inner_force[:, :, k], step) for k in range(2)]
+        tilt, *sides = quantities
         losses = [side.first_root() for side in sides]
         loss = np.nan if np.isnan(losses).all() else float(np.nanmin(losses))
         until = duration if np.isnan(loss) or on_loss == ensemble.CONTINUE else loss
@@ -356,6 +351,22 @@ def _published_results(raw, plan: Plan, forces: bool, duration: float, on_loss: 
         if not np.isnan(loss):
             out[ensemble.STATUS, i], out[ensemble.END_TIME, i] = ensemble.CONTACT_LOST, loss
     return out
+
+
+def _published_quantities(parameters, plan: Plan, records: _Records, step: float) -> tuple[int, list[Sampled]]:
+    """Status of the motion between its records, and tilt, N_D, N_E with their samples there.
+
+    A sample that meets a singular set where the records pass it is bridged by its step's other samples.
+    """
+    tableau = TABLEAUX[plan.method]
+    origin, axis, force = (np.empty((plan.steps, len(POSITIONS), width)) for width in (2, 3, 2))
+    status = published.sample_steps(
+        parameters, step, tableau.matrix, tableau.b, plan.formulation == "published-regular", records.q, records.qd,
+        POSITIONS, origin, axis, force,
+    )  # fmt: skip
+    tilt = Sampled(_tilt(records.axis), _tilt(axis), step)
+    sides = [Sampled(records.contact_force[:, k], force[:, :, k], step) for k in range(2)]
+    return status, [quantity.bridged() for quantity in (tilt, *sides)]
 
 
 def _tilt(axis: np.ndarray) -> np.ndarray:
@@ -528,6 +539,8 @@ def wants_pose(outputs: Sequence[str] | None) -> bool:
 def _checked_outputs(outputs: Sequence[str] | None) -> tuple[str, ...]:
     if outputs is None:
         return OUTPUTS
+    if isinstance(outputs, str):
+        raise TypeError(f"outputs = {outputs!r} must be a sequence of names; write [{outputs!r}].")
     for name in outputs:
         _choice("outputs", name, (*OUTPUTS, *END_OUTPUTS))
     return tuple(outputs)
@@ -667,7 +680,7 @@ def simulate_many(
     inputs = {"bearing_radius": bearing_radius, "journal_radius": journal_radius, "half_length": half_length}
     inputs, n = _sample_columns(scene, {**inputs, **(parameters or {})})
     names = _checked_outputs(outputs)
-    if int(workers) != workers or workers < 1:
+    if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
         raise ValueError(f"workers = {workers!r} is out of range; allowed: a whole number >= 1.")
     if plan is None:
         integrated = [name for name in names if name in _ROWS]
@@ -727,6 +740,8 @@ def simulate(
     if plan.formulation != "slope":
         records = _published_records(np.ascontiguousarray(raw[:, 0]), plan, scene.duration)
         rows = max(records.rows, 1)
+        if summary["status"][0].startswith("singular"):
+            rows = min(rows, 1 + round(summary["status_time"][0] / scene.duration * plan.steps))
         return Trajectory(
             time=time[:rows],
             origin=records.q[:rows, :2],

@@ -20,6 +20,7 @@ POSITIONS = 0.5 * (1 + _NODES)
 _WEIGHTS = 0.5 * _WEIGHTS
 _ALL = np.concatenate(([0.0], POSITIONS, [1.0]))
 _FINE = np.linspace(0.0, 1.0, 65)
+_ENOUGH = len(_ALL) - 2  # samples of a step through which its polynomial is as good as the motion's own order
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,21 @@ class Sampled:
     @property
     def _values(self) -> np.ndarray:
         return np.column_stack((self.records[:-1], self.inner, self.records[1:]))
+
+    def bridged(self) -> Sampled:
+        """The same with a step's missing (NaN) samples taken from the polynomial through its others, if these are enough."""
+        inner = self.inner.copy()
+        for i in np.flatnonzero(np.isnan(inner).any(axis=1)):
+            present = np.isfinite(self._values[i])
+            if np.count_nonzero(present) >= _ENOUGH:
+                through = BarycentricInterpolator(_ALL[present], self._values[i][present])
+                inner[i, ~present[1:-1]] = through(_ALL[~present])
+        return Sampled(self.records, inner, self.step)
+
+    def first_gap(self) -> int:
+        """First step with a missing sample; the number of steps when there is none."""
+        gaps = np.isnan(self.inner).any(axis=1)
+        return int(np.argmax(gaps)) if gaps.any() else len(gaps)
 
     def maximum(self, until: float = np.inf) -> float:
         """Largest value over [0, until], by the polynomials of the steps whose samples come near it."""

@@ -425,8 +425,17 @@ def failure(q, r, L, regular):
 
 
 @kernel
+def torque_power(q, qd, p):
+    """Power of the constant torque, W: torque . omega, omega = psi' Z + theta' (cos psi, sin psi, 0) + phi' e."""
+    c_psi, s_psi, s_theta = np.cos(q[2]), np.sin(q[2]), np.sin(q[3])
+    x, y, z = p[P.TORQUE_X], p[P.TORQUE_Y], p[P.TORQUE_Z]
+    about_axis = x * s_psi * s_theta - y * c_psi * s_theta + z * np.cos(q[3])
+    return qd[2] * z + qd[3] * (x * c_psi + y * s_psi) + qd[4] * about_axis
+
+
+@kernel
 def advance(q, qd, qdd, step, A, b, p, body, regular):
-    """One step of the explicit Runge-Kutta formula (A, b) with projection, in place; returns a status.
+    """One step of the explicit Runge-Kutta formula (A, b) with projection, in place; returns a status and the torque's work.
 
     qdd holds the accelerations at (q, qd). Newton's result has to lie on the branch (11), not on a mirror branch
     of (12), and about as near to the unprojected point as the branch is.
@@ -434,34 +443,36 @@ def advance(q, qd, qdd, step, A, b, p, body, regular):
     r, L, stages = p[P.RADIUS], p[P.HALF_LENGTH], b.size
     rate, speed_rate = np.empty((stages, 5)), np.empty((stages, 5))
     rate[0], speed_rate[0] = qd, qdd
+    work = step * b[0] * torque_power(q, qd, p)
     for stage in range(1, stages):
         x, v = q.copy(), qd.copy()
         for previous in range(stage):
             x += step * A[stage, previous] * rate[previous]
             v += step * A[stage, previous] * speed_rate[previous]
         if not retract(x, v, r, L) <= DRIFT_LIMIT:
-            return DIVERGED
+            return DIVERGED, work
         a, _, _, condition = accelerations(x, v, p, body, regular)
         if not condition <= CONDITION_LIMIT:
-            return failure(x, r, L, regular)
+            return failure(x, r, L, regular), work
         rate[stage], speed_rate[stage] = v, a
+        work += step * b[stage] * torque_power(x, v, p)
     for stage in range(stages):
         q += step * b[stage] * rate[stage]
         qd += step * b[stage] * speed_rate[stage]
     on_branch = q.copy()
     drift = retract(on_branch, qd.copy(), r, L)
     if not drift <= DRIFT_LIMIT:
-        return DIVERGED
+        return DIVERGED, work
     project(q, r, L, regular)
     off_branch = retract(q, qd, r, L)
     moved = separation(q, on_branch, r, L)
     if not (off_branch <= BRANCH_LIMIT and moved <= 10 * drift + BRANCH_LIMIT):
-        return failure(q, r, L, regular)
-    return OK
+        return failure(q, r, L, regular), work
+    return OK, work
 
 
 @kernel
-def integrate(p, step, A, b, regular, q, qd, axis, contact_force, multipliers, energy):
+def integrate(p, step, A, b, regular, q, qd, axis, contact_force, multipliers, energy, work):
     """One motion in fixed steps, recorded at its start and after every step.
 
     Parameters
@@ -475,8 +486,8 @@ def integrate(p, step, A, b, regular, q, qd, axis, contact_force, multipliers, e
         Constraint rows: the regular pair instead of (13).
     q, qd : (n + 1, 5)
         Row 0 holds the start, as :func:`start` gives it; the other rows are filled.
-    axis, contact_force, multipliers, energy : (n + 1, 3), (n + 1, 2), (n + 1, 2), (n + 1,)
-        Filled. The multipliers belong to the rows chosen by ``regular``.
+    axis, contact_force, multipliers, energy, work : (n + 1, 3), (n + 1, 2), (n + 1, 2), (n + 1,), (n + 1,)
+        Filled. The multipliers belong to the rows chosen by ``regular``; ``work`` (J) is the torque's since the start.
 
     Returns
     -------
@@ -489,17 +500,19 @@ def integrate(p, step, A, b, regular, q, qd, axis, contact_force, multipliers, e
     """
     r, L, body = p[P.RADIUS], p[P.HALF_LENGTH], body_matrix(p)
     q[1:], qd[1:] = np.nan, np.nan
-    axis[:], contact_force[:], multipliers[:], energy[:] = np.nan, np.nan, np.nan, np.nan
-    x, v, a = q[0].copy(), qd[0].copy(), np.zeros(5)
+    axis[:], contact_force[:], multipliers[:], energy[:], work[:] = np.nan, np.nan, np.nan, np.nan, np.nan
+    x, v, a, done = q[0].copy(), qd[0].copy(), np.zeros(5), 0.0
     for row in range(energy.size):
         if row > 0:
-            status = advance(x, v, a, step, A, b, p, body, regular)
+            status, in_step = advance(x, v, a, step, A, b, p, body, regular)
             if status != OK:
                 return status, row
+            done += in_step
         a, multiplier, force, condition = accelerations(x, v, p, body, regular)
         if not condition <= CONDITION_LIMIT:
             return failure(x, r, L, regular), row
         q[row], qd[row], multipliers[row], energy[row] = x, v, multiplier, total_energy(x, v, p, body)
+        work[row] = done
         contact_force[row] = contact_forces(x, force, constraint_moment(x, v, a, p, body), r, L)
         axis[row, 0], axis[row, 1] = np.sin(x[2]) * np.sin(x[3]), -np.cos(x[2]) * np.sin(x[3])
         axis[row, 2] = np.cos(x[3])
@@ -520,7 +533,7 @@ def sample_steps(p, step, A, b, regular, q, qd, positions, origin, axis, contact
         start_rate, _, _, _ = accelerations(q[row], qd[row], p, body, regular)
         for j in range(positions.size):
             x, v = q[row].copy(), qd[row].copy()
-            status = advance(x, v, start_rate, positions[j] * step, A, b, p, body, regular)
+            status, _ = advance(x, v, start_rate, positions[j] * step, A, b, p, body, regular)
             a, _, force, condition = accelerations(x, v, p, body, regular)
             if status == OK and not condition <= CONDITION_LIMIT:
                 status = failure(x, r, L, regular)
