@@ -18,6 +18,8 @@ What an interval may assume depends on how the rows were drawn:
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -147,13 +149,23 @@ class Rows:
         sums[: len(rest)] += rest
         return sums
 
-    def _variance(self, influence: np.ndarray, count: int) -> tuple[float, int]:
-        """Variance of an estimate from its influence values, and its degrees of freedom."""
-        sums = influence if self.are_independent else self._group_sums(influence)
-        groups = count if self.are_independent else len(sums)
+    def _group_counts(self, known: np.ndarray | None, rows: int) -> np.ndarray:
+        """Rows that count in each group."""
+        return self._group_sums(np.ones(rows, bool) if known is None else known)
+
+    @staticmethod
+    def _variance_of_sums(sums: np.ndarray, count: int, groups: int | None = None) -> tuple[float, int]:
+        """Variance of an estimate from the sums of its influence values over independent groups; degrees of freedom."""
+        groups = len(sums) if groups is None else groups
         if groups < 2:
             return math.inf, 1
         return groups / (groups - 1) * float(sums @ sums) / count**2, groups - 1
+
+    def _variance(self, influence: np.ndarray, count: int) -> tuple[float, int]:
+        """Variance of an estimate from its influence values, and its degrees of freedom."""
+        if self.are_independent:
+            return self._variance_of_sums(influence, count, count)
+        return self._variance_of_sums(self._group_sums(influence), count)
 
     def smooth(self, value: float, influence: np.ndarray, count: int) -> Estimate:
         """Interval for any estimate that is a smooth function of means, from its influence values.
@@ -182,20 +194,24 @@ class Rows:
         half_width = _t_quantile(self.confidence, degrees) * math.sqrt(variance)
         return Estimate(value, value - half_width, value + half_width)
 
-    def effective_count(self, residuals: np.ndarray, share: float, count: int) -> float:
-        """Number of independent rows that would know a share as well as these rows do.
+    def effective_count(self, events: np.ndarray, known: np.ndarray | None = None) -> float:
+        """Number of independent rows that would know the share of ``events`` as well as these rows do.
 
         n_eff = share (1 - share)/SE^2 with SE from the scramblings or lots, times (z/t)^2 because SE has
-        few degrees of freedom (Korn & Graubard 1998, Survey Methodology 24). ``residuals`` are indicator -
-        share, zero for rows not used.
+        few degrees of freedom (Korn & Graubard 1998, Survey Methodology 24). ``events`` and ``known`` are (rows,) bool:
+        rows with the event, which are known ones, and rows that count (None: all).
         """
+        count = len(events) if known is None else np.count_nonzero(known)
         if self.are_independent or count < 2:
             return float(count)
+        share = np.count_nonzero(events) / count
         binomial = share * (1 - share)
         if binomial == 0:
             # No event at all: rows of a lot may all have it together.
             return float(count if self.sampling == "sobol" else math.ceil(count / self.lot_size))
-        variance, degrees = self._variance(residuals, count)
+        variance, degrees = self._variance_of_sums(
+            self._group_sums(events) - share * self._group_counts(known, len(events)), count
+        )
         # A scrambling counts whole rows: equal counts in all of them don't make the share exact.
         resolution = min(binomial / count, 1 / count**2)
         ratio = _normal_quantile(self.confidence) / _t_quantile(self.confidence, degrees)
@@ -211,12 +227,13 @@ class Rows:
             Rows that count; all when None.
         """
         events = np.asarray(events, bool)
-        known = np.ones_like(events) if known is None else np.asarray(known, bool)
-        count = int(np.count_nonzero(known))
+        known = None if known is None else np.asarray(known, bool)
+        count = len(events) if known is None else np.count_nonzero(known)
         if count == 0:
             return Estimate(math.nan, 0.0, 1.0)
-        value = np.count_nonzero(events & known) / count
-        size = self.effective_count(np.where(known, events - value, 0.0), value, count)
+        events = events if known is None else events & known
+        value = np.count_nonzero(events) / count
+        size = self.effective_count(events, known)
         return Estimate(value, *binomial_interval(value * size, size, confidence=self.confidence, method=method))
 
 
@@ -232,15 +249,55 @@ def _fractional_rank(count: float, level: float, probability: float) -> float:
     )
 
 
-def _at_rank(ordered: np.ndarray, rank: float) -> float:
-    """Order statistic of fractional rank, 1 .. n; infinite outside."""
-    if rank < 1:
-        return -math.inf
-    if rank > len(ordered):
-        return math.inf
-    below = min(int(rank), len(ordered)) - 1
-    above = min(below + 1, len(ordered) - 1)
-    return float(ordered[below] + (rank - 1 - below) * (ordered[above] - ordered[below]))
+class OrderStatistics:
+    """Values of which those are put in their order's place that are asked for: a third of a sort's time for a few quantiles.
+
+    ``[i]`` is the value of rank i from 0.
+    """
+
+    def __init__(self, values: np.ndarray) -> None:
+        self._values = values.copy()
+        self._placed: list[int] = []
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def place(self, ranks: Iterable[int]) -> None:
+        """Put several ranks in place at once; those outside the sample are passed over."""
+        ranks = sorted({rank for rank in ranks if 0 <= rank < len(self)} - set(self._placed))
+        if ranks and not self._placed:
+            self._values.partition(ranks)
+            self._placed = ranks
+        for rank in ranks:
+            self._place(rank)
+
+    def _place(self, rank: int) -> None:
+        where = bisect_left(self._placed, rank)
+        if where < len(self._placed) and self._placed[where] == rank:
+            return
+        first = self._placed[where - 1] + 1 if where else 0
+        last = self._placed[where] if where < len(self._placed) else len(self)
+        self._values[first:last].partition(rank - first)
+        self._placed.insert(where, rank)
+
+    def __getitem__(self, rank: int) -> float:
+        self._place(rank)
+        return float(self._values[rank])
+
+    def between(self, first: int, last: int) -> np.ndarray:
+        """Values of the ranks first ... last - 1, in no particular order."""
+        self.place([first, last - 1])
+        return self._values[first:last]
+
+    def at(self, rank: float) -> float:
+        """Order statistic of fractional rank, 1 .. n; infinite outside."""
+        if rank < 1:
+            return -math.inf
+        if rank > len(self):
+            return math.inf
+        below = min(int(rank), len(self)) - 1
+        above = min(below + 1, len(self) - 1)
+        return self[below] + (rank - 1 - below) * (self[above] - self[below])
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,22 +320,42 @@ class Observations:
     @cached_property
     def ordered(self) -> np.ndarray:
         """Used values in ascending order."""
-        ordered = np.sort(self.values)  # NaN last
-        return ordered[: len(ordered) - np.count_nonzero(np.isnan(ordered))]
+        return np.sort(self.used)
+
+    @cached_property
+    def _is_used(self) -> np.ndarray | None:
+        """Rows with a value; None: all."""
+        used = ~np.isnan(self.values)
+        return None if used.all() else used
 
     @property
+    def used(self) -> np.ndarray:
+        """Values of the used rows, in row order."""
+        return self.values if self._is_used is None else self.values[self._is_used]
+
+    @cached_property
+    def order(self) -> OrderStatistics:
+        """Order statistics of the used values."""
+        return OrderStatistics(self.used)
+
+    @cached_property
     def count(self) -> int:
         """Number of used rows."""
-        return len(self.ordered)
+        return len(self.used)
 
     @cached_property
     def mean_value(self) -> float:
-        return float(self.ordered.mean()) if self.count else math.nan
+        return float(self.used.mean()) if self.count else math.nan
 
     @cached_property
     def deviations(self) -> np.ndarray:
         """x_j - mean in row order, zero for rows that are not used."""
-        return np.where(np.isnan(self.values), 0.0, self.values - self.mean_value)
+        return self._zero_where_unused(self.values - self.mean_value)
+
+    def _zero_where_unused(self, influence: np.ndarray) -> np.ndarray:
+        if self._is_used is not None:
+            influence[~self._is_used] = 0.0
+        return influence
 
     def mean(self) -> Estimate:
         """Mean, by :meth:`Rows.smooth`."""
@@ -302,7 +379,7 @@ class Observations:
             return Estimate(s, s, s)
         if self.rows.are_independent:
             return Estimate(s, *self._bonett(s, total))
-        influence = np.where(np.isnan(self.values), 0.0, squares * (n / total) - 1)
+        influence = self._zero_where_unused(squares * (n / total) - 1)
         _, low, high = self.rows.smooth(0.0, influence, n)
         return Estimate(s, s * math.exp(0.5 * low), s * math.exp(0.5 * high))
 
@@ -311,7 +388,7 @@ class Observations:
         if n <= max(4.0, z):
             return 0.0, math.inf
         trimmed = int(n / (2 * math.sqrt(n - 4)))
-        squares = np.square(self.ordered - self.ordered[trimmed : n - trimmed].mean())
+        squares = np.square(self.used - self.order.between(trimmed, n - trimmed).mean())
         kurtosis = n * float(squares @ squares) / total**2
         correction = n / (n - z)
         error = correction * math.sqrt(max(kurtosis - (n - 3) / n, 0.0) / (n - 1))
@@ -320,12 +397,12 @@ class Observations:
 
     def minimum(self) -> Estimate:
         """Smallest value; nothing but the distribution's own limits says how far below it others may lie."""
-        smallest = float(self.ordered[0]) if self.count else math.nan
+        smallest = float(self.used.min()) if self.count else math.nan
         return Estimate(smallest, -math.inf, smallest if self.count else math.inf)
 
     def maximum(self) -> Estimate:
         """Largest value; as for :meth:`minimum`, its upper bound is infinite."""
-        largest = float(self.ordered[-1]) if self.count else math.nan
+        largest = float(self.used.max()) if self.count else math.nan
         return Estimate(largest, largest if self.count else -math.inf, math.inf)
 
     def quantile(self, level: float) -> Estimate:
@@ -340,14 +417,21 @@ class Observations:
         n = self.count
         if n == 0:
             return Estimate(math.nan, -math.inf, math.inf)
-        value = _at_rank(self.ordered, 1 + level * (n - 1))
+        value = self.order.at(1 + level * (n - 1))
         size = float(n)
         if not self.rows.are_independent:
-            below = np.count_nonzero(self.ordered <= value) / n
-            residuals = np.where(np.isnan(self.values), 0.0, (self.values <= value) - below)
-            size = self.rows.effective_count(residuals, below, n)
+            size = self.rows.effective_count(self.values <= value, self._is_used)
         low, high = (self._bound(size, level, 0.5 + side * 0.5 * self.rows.confidence) for side in (1, -1))
         return Estimate(value, min(low, value), max(high, value))
+
+    def quantiles(self, levels: Sequence[float]) -> list[Estimate]:
+        """:meth:`quantile` of several levels; their order statistics are found together."""
+        n = self.count
+        ranks = [int(level * (n - 1)) for level in levels]
+        # Four standard errors of independent rows to either side: the intervals' bounds then need no long search.
+        reach = [math.ceil(4 * math.sqrt(n * level * (1 - level))) for level in levels]
+        self.order.place(rank + step for rank, far in zip(ranks, reach, strict=True) for step in (-far, 0, 1, far))
+        return [self.quantile(level) for level in levels]
 
     def _bound(self, size: float, level: float, probability: float) -> float:
         """The order statistic of ``size`` independent rows that is not above a quantile with a probability."""
@@ -356,4 +440,4 @@ class Observations:
             return -math.inf
         if rank > size:
             return math.inf
-        return _at_rank(self.ordered, rank * (self.count + 1) / (size + 1))
+        return self.order.at(rank * (self.count + 1) / (size + 1))

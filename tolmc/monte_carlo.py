@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 
@@ -24,7 +25,7 @@ from tolmc.mechanism import SCALARS, Scene
 from tolmc.motion import study_motion
 from tolmc.progress import progress
 from tolmc.run_directory import RunDirectory, RunDirectoryError
-from tolmc.simulation import GEOMETRY_OUTPUTS, Plan, Trajectory, plan_integration, simulate_many
+from tolmc.simulation import GEOMETRY_OUTPUTS, OUTPUTS, STATUSES, Plan, Trajectory, integrate_columns, plan_integration
 from tolmc.study import Study, StudyError, load_study
 from tolmc.tolerances import sample
 from tolmc.workers import Crew, crew
@@ -33,8 +34,6 @@ from tolmc.workers import Crew, crew
 LARGEST_BLOCK = 16_384
 # A multiple of the lanes that run together, so that few of them idle.
 _BLOCK_STEP = 256
-
-_JOINT = SCALARS[:3]
 
 
 @dataclass(frozen=True)
@@ -210,13 +209,14 @@ def _recorded_plan(directory: RunDirectory) -> Plan:
         ) from None
 
 
-def _integrate(study: Study, plan: Plan, dimensions: pd.DataFrame) -> pd.DataFrame:
-    columns = {name: dimensions[name].to_numpy() for name in dimensions}
-    joint = {name: columns.pop(name) for name in _JOINT}
-    return simulate_many(
-        study.scene, **joint, parameters=columns, outputs=study.outputs, plan=plan,
+def _integrate(study: Study, plan: Plan, dimensions: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Columns of the dimensions and of what their motions give; ``status`` as places in simulation.STATUSES."""
+    inputs = {name: dimensions[name].to_numpy() for name in dimensions}
+    outputs = integrate_columns(
+        study.scene, inputs, len(dimensions), plan=plan, outputs=study.outputs or OUTPUTS,
         on_contact_loss=study.on_contact_loss, project_energy=study.project_energy,
     )  # fmt: skip
+    return {**inputs, **outputs}
 
 
 def _block(study: Study, plan: Plan, start: int, count: int) -> pa.Table:
@@ -224,12 +224,19 @@ def _block(study: Study, plan: Plan, start: int, count: int) -> pa.Table:
     dimensions = sample(
         study.tolerances, count, sampling=study.sampling, seed=study.seed, start=start, total=study.samples
     )
-    frame = _integrate(study, plan, dimensions)
-    status = pa.array(pd.Categorical(frame.pop("status"))).cast(pa.dictionary(pa.int8(), pa.string()))
-    columns = {**{name: frame[name].to_numpy() for name in frame}, "status": status}
+    columns = _integrate(study, plan, dimensions)
+    columns["status"] = _words(columns["status"])
     # Declared to have no nulls (a missing number is NaN), columns are written and read without a mask.
     fields = [pa.field(name, getattr(column, "type", pa.float64()), nullable=False) for name, column in columns.items()]
     return pa.table(columns, schema=pa.schema(fields))
+
+
+def _words(codes: np.ndarray) -> pa.DictionaryArray:
+    """Statuses as a dictionary of those that occur, in alphabetical order."""
+    present = sorted(np.flatnonzero(np.bincount(codes)), key=STATUSES.__getitem__)
+    place = np.zeros(len(STATUSES), np.int8)
+    place[present] = np.arange(len(present))
+    return pa.DictionaryArray.from_arrays(place[codes], [STATUSES[code] for code in present])
 
 
 def _block_size(samples: int, workers: int) -> int:
@@ -304,7 +311,7 @@ def _result(
     drawn = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
     accuracies = _integration_errors(plan, nominal, outputs)
     summary = statistics.summarise(
-        samples, outputs=outputs, specification=specification, accuracies=accuracies, **drawn
+        samples, outputs=outputs, specification=specification, accuracies=accuracies, workers=study.workers, **drawn
     )
     summary.insert(0, "unit", [units.SI[name] for name in summary.index])
     return StudyResult(
@@ -322,12 +329,13 @@ def _result(
 
 def _nominal_outputs(study: Study, plan: Plan) -> dict[str, float | str]:
     row = pd.DataFrame([{dimension.name: dimension.nominal for dimension in study.tolerances.dimensions}])
-    return _integrate(study, plan, row).iloc[0].to_dict()
+    columns = {name: column[0] for name, column in _integrate(study, plan, row).items()}
+    return {**columns, "status": STATUSES[columns["status"]]}
 
 
 def _integration_errors(plan: Plan, nominal: dict, outputs: list[str]) -> dict[str, float]:
-    """The pilot's error, relative to the largest contact force and to 1 rad, in the outputs' units."""
-    peaks = [nominal[name] for name in ("contact_force_D_max", "contact_force_E_max") if name in nominal]
+    """The pilot's error, relative to the larger contact-force maximum and to 1 rad, in the outputs' units."""
+    peaks = [abs(nominal[name]) for name in ("contact_force_D_max", "contact_force_E_max") if name in nominal]
     scales = {name: max(peaks, default=0.0) for name in outputs if name.startswith("contact_force")}
     return {name: plan.pilot_error * scale for name, scale in {**scales, "tilt_max": 1.0}.items()}
 

@@ -554,7 +554,7 @@ def _valid_tilt(raw, valid):
 
 
 def _block_results(scene, values, n, outputs, plan, on_loss, project_energy) -> dict[str, np.ndarray]:
-    """Columns of the outputs, status and status_time of ``n`` samples."""
+    """Columns of the outputs, status_time and status (its code) of ``n`` samples."""
     raw, code = _raw(values, n)
     valid, joint = code == ensemble.OK, code != _INVALID
     columns: dict[str, np.ndarray] = {}
@@ -595,7 +595,7 @@ def _block_results(scene, values, n, outputs, plan, on_loss, project_energy) -> 
         else:
             columns[name] = np.full(n, np.nan) if results is None else results[_ROWS[name]]
     columns["status_time"] = status_time
-    columns["status"] = _WORDS[code]
+    columns["status"] = code
     return columns
 
 
@@ -691,28 +691,49 @@ def simulate_many(
             accuracy=accuracy, outputs=names, on_contact_loss=on_contact_loss, project_energy=project_energy,
             halving=halving,
         )  # fmt: skip
+    columns = integrate_columns(
+        scene, inputs, n, plan=plan, outputs=names, workers=int(workers), on_contact_loss=on_contact_loss,
+        project_energy=project_energy,
+    )  # fmt: skip
+    columns["status"] = _WORDS[columns["status"]]
+    return pd.DataFrame({**inputs, **columns})
+
+
+def integrate_columns(
+    scene: Scene,
+    inputs: Mapping[str, np.ndarray],
+    n: int,
+    *,
+    plan: Plan,
+    outputs: Sequence[str],
+    workers: int = 1,
+    on_contact_loss: str = "stop",
+    project_energy: bool = False,
+) -> dict[str, np.ndarray]:
+    """What :func:`simulate_many` does once everything is decided: ``n`` samples as bare columns.
+
+    Parameters
+    ----------
+    inputs : mapping from names in mechanism.SCALARS to (n,) float arrays, SI units
+
+    Returns
+    -------
+    dict
+        The outputs, ``status_time``, and ``status`` as places in :data:`STATUSES`, (n,) each.
+    """
     on_loss = ON_CONTACT_LOSS[_choice("on_contact_loss", on_contact_loss, tuple(ON_CONTACT_LOSS))]
 
-    def block(first: int) -> dict[str, np.ndarray]:
+    def chunk(first: int) -> dict[str, np.ndarray]:
         part = {name: column[first : first + _CHUNK] for name, column in inputs.items()}
         count = min(_CHUNK, n - first)
-        return _block_results(scene, _scalars(scene, part), count, names, plan, on_loss, project_energy)
+        return _block_results(scene, _scalars(scene, part), count, outputs, plan, on_loss, project_energy)
 
-    starts = range(0, n, _CHUNK)
-    if workers == 1 or len(starts) <= 1:
-        parts = [block(first) for first in starts]
+    starts = range(0, max(n, 1), _CHUNK)
+    if workers == 1 or len(starts) == 1:
+        parts = [chunk(first) for first in starts]
     else:
-        parts = Parallel(n_jobs=int(workers), prefer="threads")(delayed(block)(first) for first in starts)
-    if not parts:
-        parts = [
-            {
-                **{name: np.empty(0) for name in names},
-                "status_time": np.empty(0),
-                "status": np.empty(0, object),
-            }
-        ]
-    gathered = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
-    return pd.DataFrame({**inputs, **gathered})
+        parts = Parallel(n_jobs=workers, prefer="threads")(delayed(chunk)(first) for first in starts)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def simulate(
@@ -740,7 +761,7 @@ def simulate(
     if plan.formulation != "slope":
         records = _published_records(np.ascontiguousarray(raw[:, 0]), plan, scene.duration)
         rows = max(records.rows, 1)
-        if summary["status"][0].startswith("singular"):
+        if summary["status"][0] >= _SINGULAR_PSI:
             rows = min(rows, 1 + round(summary["status_time"][0] / scene.duration * plan.steps))
         return Trajectory(
             time=time[:rows],
@@ -779,7 +800,7 @@ def simulate(
 
 def _sentence(summary: Mapping[str, np.ndarray], plan: Plan) -> str:
     """Status of one motion in words, with the time where there is one."""
-    status, at = summary["status"][0], summary["status_time"][0]
+    status, at = STATUSES[summary["status"][0]], summary["status_time"][0]
     if status == "inaccurate":
         worst = max(summary["energy_error"][0], summary["constraint_error"][0])
         return f"inaccurate: energy or constraint error {worst:.1e} above {plan.accuracy:.1e}"
