@@ -99,3 +99,10 @@ def test_the_approximate_radius_needs_no_length():
     assert approximate_radius(3.0, 1.0) == 2.0
     with pytest.raises(ValueError, match="bearing_radius=1"):
         approximate_radius(1.0, 3.0)
+
+
+@pytest.mark.parametrize("scale", [2.0**-600, 2.0**-300, 2.0**300, 2.0**600])
+def test_lengths_of_any_size_keep_their_geometry(scale):
+    sizes = np.array([0.020, 0.010, 0.020])
+    assert tilt_angle(*(scale * sizes)) == tilt_angle(*sizes)
+    assert effective_radius(*(scale * sizes)) == scale * effective_radius(*sizes)

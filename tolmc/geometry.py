@@ -26,6 +26,15 @@ def _checked(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: 
     return R, r, L
 
 
+def _in_range(R, r, L):
+    """The lengths and the power of two that they were divided by: 1, unless their squares would leave a double's range."""
+    largest = np.maximum(R, L)
+    if largest.size == 0 or (largest.max() < 1e100 and min(r.min(), L.min()) > 1e-100):
+        return R, r, L, 1.0
+    scale = np.exp2(np.floor(np.log2(largest)))
+    return R / scale, r / scale, L / scale, scale
+
+
 def _half_tangent(R, r, L):
     # (R* + r*) t^2 + 2 L t - (R* - r*) = 0 with t = tan(psi/2): the root in this form cancels nothing, so it keeps
     # full relative precision at any clearance. hypot would not: (R* - r*)(R* + r*) is a difference of squares.
@@ -53,7 +62,8 @@ def tilt_angle(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length
     ValueError
         When an element is outside the valid range; the message names it.
     """
-    return 2.0 * np.arctan(_half_tangent(*_checked(bearing_radius, journal_radius, half_length)))
+    R, r, L, _ = _in_range(*_checked(bearing_radius, journal_radius, half_length))
+    return 2.0 * np.arctan(_half_tangent(R, r, L))
 
 
 def effective_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike):
@@ -61,10 +71,10 @@ def effective_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_
 
     Parameters, shapes and errors as in :func:`tilt_angle`; returns m.
     """
-    R, r, L = _checked(bearing_radius, journal_radius, half_length)
+    R, r, L, scale = _in_range(*_checked(bearing_radius, journal_radius, half_length))
     # L tan(psi) with the half-angle tangent inserted: only positive terms are left, at any clearance and length.
     squares = (R - r) * (R + r)
-    return squares * L / (R * L + r * np.sqrt(L * L + squares))
+    return scale * (squares * L / (R * L + r * np.sqrt(L * L + squares)))
 
 
 def approximate_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike | None = None):

@@ -192,7 +192,9 @@ class Body:
         """Body from the inertia about its centre of mass (3 numbers or 3x3, kg m^2, body axes)."""
         c = np.asarray(_vector("Body", "center_of_mass", center_of_mass))
         m = _number("Body", "mass", mass, positive=True)
-        return cls(m, tuple(c), _inertia(inertia) + m * (c @ c * np.eye(3) - np.outer(c, c)))
+        with np.errstate(all="ignore"):  # an inertia that is not finite is refused below
+            about_origin = _inertia(inertia) + m * (c @ c * np.eye(3) - np.outer(c, c))
+        return cls(m, tuple(c), about_origin)
 
     @classmethod
     def solid_cylinder(cls, mass, radius, length, center_of_mass=(0.0, 0.0, 0.0)) -> Body:

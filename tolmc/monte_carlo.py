@@ -25,7 +25,15 @@ from tolmc.mechanism import SCALARS, Scene
 from tolmc.motion import study_motion
 from tolmc.progress import progress
 from tolmc.run_directory import RunDirectory, RunDirectoryError
-from tolmc.simulation import GEOMETRY_OUTPUTS, OUTPUTS, STATUSES, Plan, Trajectory, integrate_columns, plan_integration
+from tolmc.simulation import (
+    GEOMETRY_OUTPUTS,
+    STATUSES,
+    Plan,
+    Trajectory,
+    integrate_columns,
+    plan_integration,
+    scene_outputs,
+)
 from tolmc.study import Study, StudyError, load_study
 from tolmc.tolerances import sample
 from tolmc.workers import Crew, crew
@@ -213,7 +221,7 @@ def _integrate(study: Study, plan: Plan, dimensions: pd.DataFrame) -> dict[str, 
     """Columns of the dimensions and of what their motions give; ``status`` as places in simulation.STATUSES."""
     inputs = {name: dimensions[name].to_numpy() for name in dimensions}
     outputs = integrate_columns(
-        study.scene, inputs, len(dimensions), plan=plan, outputs=study.outputs or OUTPUTS,
+        study.scene, inputs, len(dimensions), plan=plan, outputs=study.outputs or scene_outputs(plan, study.project_energy),
         on_contact_loss=study.on_contact_loss, project_energy=study.project_energy,
     )  # fmt: skip
     return {**inputs, **outputs}

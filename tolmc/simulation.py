@@ -36,13 +36,23 @@ _FORCE_ROWS = {
     "contact_loss_time": ensemble.LOSS_TIME,
 }
 _MOTION_ROWS = {"energy_error": ensemble.ENERGY_ERROR, "constraint_error": ensemble.CONSTRAINT_ERROR}
+#: Further invariants: columns of the scenes that have them.
+_INVARIANT_ROWS = {
+    "momentum_error": ensemble.MOMENTUM_ERROR,
+    "spin_error": ensemble.SPIN_ERROR,
+    "energy_correction": ensemble.ENERGY_CORRECTION,
+}
 #: State at the end of the motion; computed only on request.
 END_OUTPUTS = ("origin_x_end", "origin_y_end", "axis_x_end", "axis_y_end", "axis_z_end")
 _END_ROWS = dict(zip(END_OUTPUTS, range(ensemble.ORIGIN_X, ensemble.AXIS_Z + 1), strict=True))
-_ROWS = {**_FORCE_ROWS, **_MOTION_ROWS, **_END_ROWS}
+_ROWS = {**_FORCE_ROWS, **_MOTION_ROWS, **_INVARIANT_ROWS, **_END_ROWS}
 
-#: Output columns of :func:`simulate_many` in their order.
+#: Output columns of :func:`simulate_many` that every scene has, in their order.
 OUTPUTS = (*GEOMETRY_OUTPUTS, *_FORCE_ROWS, *_MOTION_ROWS)
+#: Those that a scene has where the quantity is conserved, or is projected on.
+INVARIANT_OUTPUTS = tuple(_INVARIANT_ROWS)
+#: The outputs that watch the integration.
+CHECKS = (*_MOTION_ROWS, *INVARIANT_OUTPUTS)
 
 #: Accuracy aimed at when nothing is said, relative to r, to 1 (axis), to the largest contact force and to the energy.
 DEFAULT_ACCURACY = 1e-7
@@ -74,6 +84,7 @@ _PUBLISHED_STATUS = {
 _CHUNK = 4096  # samples a call of a kernel: its parameters and results stay in the second-level cache
 _MOST_STEPS = 2_000_000
 _ATTEMPTS = 5  # runs of a lane whose loss of contact only its refined extrema decide
+_PATIENCE = 6  # halvings of the step without gain after which the pilot gives a motion up
 _PILOT_SHARE = 0.3  # the pilot aims below the stated accuracy, for samples between its corners
 
 
@@ -85,6 +96,9 @@ class Features:
     axial: bool = False
     exact: bool = False
     load: bool = True
+    #: Whether the angular momentum about Z, and Omega, are conserved.
+    momentum: bool = False
+    spin: bool = False
 
     @property
     def model(self) -> tuple[int | None, int | None, int | None]:
@@ -109,6 +123,8 @@ class Plan:
     features: Features = Features()
     #: Whether every sample is integrated once more with twice the steps, and judged by the difference too.
     halving: bool = False
+    #: Motions among the pilot's for which no number of steps met the accuracy.
+    unresolved: int = 0
 
     def __post_init__(self) -> None:
         if isinstance(self.features, Mapping):  # as read back from a file
@@ -250,7 +266,10 @@ def _features(scene: Scene, varied: set[str], pose: bool) -> Features:
             "Body: inertia[2, 2] = 0 kg m^2 has no spin dynamics under this body or load; allowed: > 0 unless the body is "
             "symmetric about the journal's axis and no load has a moment along it. Give the journal's own inertia."
         )
-    return Features(general, not (general or transverse or pose or exact), exact, bool(present))
+    turned = present & {"gravity_x", "gravity_y", "force_x", "force_y", "torque_z"}
+    axial = not (general or transverse or pose or exact)
+    symmetric = body.is_symmetric and not (varied & _UNSYMMETRIC) and not (off_axis or torque)
+    return Features(general, axial, exact, bool(present), momentum=not turned, spin=symmetric)
 
 
 def _integrate(raw, plan: Plan, forces: bool, duration: float, on_loss: int, project_energy: bool) -> np.ndarray:
@@ -268,6 +287,7 @@ def _integrate(raw, plan: Plan, forces: bool, duration: float, on_loss: int, pro
             raw if len(lanes) == n else np.ascontiguousarray(raw[:, lanes]),
             plan.steps, duration, on_loss, project_energy, force[lanes], at[lanes], ignore[lanes], part,
             *features.model, 1 if plan.method == "rk4" else None, 1 if features.load else None, 1 if forces else None,
+            1 if features.momentum else None,
         )  # fmt: skip
         if part is not out:
             out[:, lanes] = part
@@ -276,6 +296,7 @@ def _integrate(raw, plan: Plan, forces: bool, duration: float, on_loss: int, pro
             break
         force[lanes], at[lanes] = out[ensemble.RERUN_FORCE, lanes].astype(np.int64), out[ensemble.RERUN_AT, lanes]
         ignore[lanes] = np.maximum(ignore[lanes], out[ensemble.RERUN_IGNORE, lanes].astype(np.int64))
+    out[ensemble.SPIN_ERROR] = 0.0  # where Omega is conserved, these equations have it as a constant
     return out
 
 
@@ -331,6 +352,8 @@ def _published_results(raw, plan: Plan, forces: bool, duration: float, on_loss: 
             continue
         drift = np.abs(records.energy - records.work - records.energy[0]).max()
         out[ensemble.ENERGY_ERROR, i] = drift / _kinetic_scale(records, parameters) if drift else 0.0
+        out[ensemble.MOMENTUM_ERROR, i], out[ensemble.SPIN_ERROR, i] = _published_invariants(records, parameters)
+        out[ensemble.ENERGY_CORRECTION, i] = 0.0
         d, e, r = *_ends(records, parameters), parameters[P.RADIUS]
         out[ensemble.CONSTRAINT_ERROR, i] = max(np.abs(np.hypot(*end.T) / r - 1).max() for end in (d, e))
         out[ensemble.ORIGIN_X : ensemble.ORIGIN_Y + 1, i] = records.q[-1, :2]
@@ -345,12 +368,31 @@ def _published_results(raw, plan: Plan, forces: bool, duration: float, on_loss: 
         for k, side in enumerate(sides):
             mean = side.integral(until) / until if until > 0 else side.records[0]
             square = side.squared().integral(until) / until if until > 0 else side.records[0] ** 2
-            out[4 * k : 4 * k + 4, i] = side.maximum(until), -side.negative().maximum(until), mean, math.sqrt(square)
+            # The polynomial through the squares of a coarse step may turn negative.
+            rms = math.sqrt(max(square, 0.0))
+            out[4 * k : 4 * k + 4, i] = side.maximum(until), -side.negative().maximum(until), mean, rms
         out[ensemble.TILT_MAX, i] = tilt.maximum(until if on_loss == ensemble.END else duration)
         out[ensemble.LOSS_TIME, i] = loss
         if not np.isnan(loss):
             out[ensemble.STATUS, i], out[ensemble.END_TIME, i] = ensemble.CONTACT_LOST, loss
     return out
+
+
+def _published_invariants(records: _Records, parameters: np.ndarray) -> tuple[float, float]:
+    """Relative change of the angular momentum about Z and of Omega between the start and the end of a motion."""
+    body = published.body_matrix(parameters)
+    momenta, spins = [], []
+    for q, speeds in zip(records.q[[0, -1]], records.qd[[0, -1]], strict=True):
+        mass_matrix, _ = published.mass_matrix(q, body)
+        turn = np.array([-q[1], q[0], 1.0, 0.0, 0.0])
+        largest = math.sqrt((turn @ mass_matrix @ turn) * (speeds @ mass_matrix @ speeds))
+        momenta.append((turn @ mass_matrix @ speeds, largest))
+        spins.append((speeds[4] + speeds[2] * math.cos(q[3]), np.abs(speeds[2:]).max()))
+    changes = []
+    for (first, scale_first), (last, scale_last) in (momenta, spins):
+        change = abs(last - first)
+        changes.append(change / max(scale_first, scale_last) if change else 0.0)
+    return tuple(changes)
 
 
 def _published_quantities(parameters, plan: Plan, records: _Records, step: float) -> tuple[int, list[Sampled]]:
@@ -424,7 +466,11 @@ def _first_guess(raw: np.ndarray, duration: float) -> int:
 
 
 def _pilot(raw, method, accuracy, features, forces, duration, on_loss, project_energy) -> Plan:
-    """Fewest steps of ``method`` with which every column of ``raw`` meets ``accuracy`` by step halving."""
+    """Fewest steps of ``method`` with which every column of ``raw`` meets ``accuracy`` by step halving.
+
+    A column whose error falls no further however short the step (a clearance of a few roundings, say) is set aside and
+    counted as unresolved.
+    """
     target = _PILOT_SHARE * accuracy
     order = TABLEAUX[method].order
 
@@ -434,13 +480,22 @@ def _pilot(raw, method, accuracy, features, forces, duration, on_loss, project_e
 
     steps = _first_guess(raw, duration)
     coarse = results(steps)
+    stalled, previous = np.zeros(raw.shape[1], int), np.full(raw.shape[1], np.inf)
     while True:
         fine = results(2 * steps)
-        error = float(_difference(coarse, fine, raw[P.RADIUS], forces).max())
+        errors = _difference(coarse, fine, raw[P.RADIUS], forces)
+        error = float(errors.max())
         if error <= target:
             return Plan("slope", method, steps, accuracy, error, features)
-        if 2 * steps >= _MOST_STEPS:
-            return Plan("slope", method, 2 * steps, accuracy, error, features)
+        stalled = np.where((errors <= target) | (errors < 0.5 * previous), 0, stalled + 1)
+        hopeless = errors > target if 2 * steps >= _MOST_STEPS else stalled > _PATIENCE
+        if hopeless.all():
+            return Plan("slope", method, steps, accuracy, error, features, unresolved=len(hopeless))
+        if hopeless.any():
+            rest = np.ascontiguousarray(raw[:, ~hopeless])
+            plan = _pilot(rest, method, accuracy, features, forces, duration, on_loss, project_energy)
+            return replace(plan, unresolved=plan.unresolved + int(hopeless.sum()))
+        previous = errors
         if error < 1e-2:
             # Within the range where the order holds, go straight to the number of steps that it asks for.
             wanted = math.ceil(1.05 * steps * (error / target) ** (1 / order))
@@ -478,7 +533,8 @@ def plan_integration(
 
     With ``step=None`` a pilot integrates the nominal and the corner dimensions with n and 2 n steps and takes the least n
     for which the reported quantities (end of the motion, statistics of the contact forces if they are asked for, energy)
-    agree to ``accuracy``; ``method="auto"`` takes the method with the fewest evaluations.
+    agree to ``accuracy``; ``method="auto"`` takes the method with the fewest evaluations. Where some of these motions meet it
+    with no step at all, their number is ``unresolved`` and every sample is judged by step halving.
 
     Parameters
     ----------
@@ -518,11 +574,13 @@ def plan_integration(
         return Plan(formulation, chosen, 1, accuracy, features=features)
     raw = np.ascontiguousarray(raw[:, code == ensemble.OK])
     loss = ON_CONTACT_LOSS[on_contact_loss]
-    plans = [
-        _pilot(raw, name, accuracy, features, forces, scene.duration, loss, project_energy)
-        for name in (METHODS if method == "auto" else (method,))
-    ]
+    with np.errstate(all="ignore"):
+        plans = [
+            _pilot(raw, name, accuracy, features, forces, scene.duration, loss, project_energy)
+            for name in (METHODS if method == "auto" else (method,))
+        ]
     best = min(plans, key=lambda plan: plan.steps * TABLEAUX[plan.method].stages)
+    halving = halving or (best.unresolved > 0 and formulation == "slope")
     return replace(best, formulation=formulation, halving=halving)
 
 
@@ -536,13 +594,23 @@ def wants_pose(outputs: Sequence[str] | None) -> bool:
     return outputs is not None and any(name in _END_ROWS for name in outputs)
 
 
-def _checked_outputs(outputs: Sequence[str] | None) -> tuple[str, ...]:
+def scene_outputs(plan: Plan, project_energy: bool) -> tuple[str, ...]:
+    """All outputs that a scene has: :data:`OUTPUTS` and the further invariants that exist."""
+    present = {
+        "momentum_error": plan.features.momentum,
+        "spin_error": plan.features.spin,
+        "energy_correction": project_energy,
+    }
+    return (*OUTPUTS, *(name for name in INVARIANT_OUTPUTS if present[name]))
+
+
+def _checked_outputs(outputs: Sequence[str] | None) -> tuple[str, ...] | None:
     if outputs is None:
-        return OUTPUTS
+        return None
     if isinstance(outputs, str):
         raise TypeError(f"outputs = {outputs!r} must be a sequence of names; write [{outputs!r}].")
     for name in outputs:
-        _choice("outputs", name, (*OUTPUTS, *END_OUTPUTS))
+        _choice("outputs", name, (*OUTPUTS, *INVARIANT_OUTPUTS, *END_OUTPUTS))
     return tuple(outputs)
 
 
@@ -554,7 +622,15 @@ def _valid_tilt(raw, valid):
 
 
 def _block_results(scene, values, n, outputs, plan, on_loss, project_energy) -> dict[str, np.ndarray]:
-    """Columns of the outputs, status_time and status (its code) of ``n`` samples."""
+    """Columns of the outputs, status_time and status (its code) of ``n`` samples.
+
+    Absurd numbers run through: what they make of a motion is seen in its status, not in warnings.
+    """
+    with np.errstate(all="ignore"):
+        return _results_of_block(scene, values, n, outputs, plan, on_loss, project_energy)
+
+
+def _results_of_block(scene, values, n, outputs, plan, on_loss, project_energy) -> dict[str, np.ndarray]:
     raw, code = _raw(values, n)
     valid, joint = code == ensemble.OK, code != _INVALID
     columns: dict[str, np.ndarray] = {}
@@ -583,12 +659,7 @@ def _block_results(scene, values, n, outputs, plan, on_loss, project_energy) -> 
             results[:, valid] = part
         code[valid] = part[ensemble.STATUS].astype(np.int64)
         status_time = np.where(code != ensemble.OK, results[ensemble.END_TIME], np.nan)
-        worst = np.maximum(results[ensemble.ENERGY_ERROR], results[ensemble.CONSTRAINT_ERROR])
-        if plan.halving:
-            worst = np.maximum(worst, results[ensemble.HALVING_ERROR])
-        code[(code <= ensemble.CONTACT_LOST) & ~(worst <= plan.accuracy)] = _INACCURATE
-        # A motion that has left the numbers' range or the coordinates' domain has no statistics.
-        results[: ensemble.LOSS_TIME, (code == ensemble.DIVERGED) | (code >= _SINGULAR_PSI)] = np.nan
+        code = _judged(code, results, raw, plan, forces)
     for name in outputs:
         if name in geometric:
             columns[name] = geometric[name]()
@@ -597,6 +668,43 @@ def _block_results(scene, values, n, outputs, plan, on_loss, project_energy) -> 
     columns["status_time"] = status_time
     columns["status"] = code
     return columns
+
+
+def _judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, forces: bool) -> np.ndarray:
+    """Codes of integrated samples whose numbers have been looked at; those that have no statistics lose them.
+
+    Diverged: a number that is not finite. Inaccurate: an invariant or the step-halving difference above the accuracy, or
+    statistics that contradict each other or the joint by more than it.
+    """
+    code = code.copy()
+    features = plan.features
+    checks = [ensemble.ENERGY_ERROR, ensemble.CONSTRAINT_ERROR, ensemble.ENERGY_CORRECTION]
+    checks += [ensemble.MOMENTUM_ERROR] if features.momentum else []
+    checks += [ensemble.SPIN_ERROR] if features.spin else []
+    checks += [ensemble.HALVING_ERROR] if plan.halving else []
+    worst = results[checks].max(axis=0)
+    finite = np.isfinite(worst)
+    if forces:
+        finite &= np.isfinite(results[: ensemble.TILT_MAX + 1]).all(axis=0)
+        worst = np.maximum(worst, _contradiction(results, raw))
+    whole = code <= ensemble.CONTACT_LOST
+    code[whole & ~finite] = ensemble.DIVERGED
+    code[whole & finite & ~(worst <= plan.accuracy)] = _INACCURATE
+    # A motion that has left the numbers' range or the coordinates' domain has no statistics.
+    without = (code == ensemble.DIVERGED) | (code >= _SINGULAR_PSI)
+    results[: ensemble.LOSS_TIME + 1, without] = np.nan
+    return code
+
+
+def _contradiction(results: np.ndarray, raw: np.ndarray) -> np.ndarray:
+    """By how much min <= mean <= max, |mean| <= rms <= max |N| and tilt_max <= tilt_angle are missed, relative."""
+    miss = results[ensemble.TILT_MAX] - np.arctan2(raw[P.RADIUS], raw[P.HALF_LENGTH])
+    for first in (ensemble.D_MAX, ensemble.E_MAX):
+        highest, lowest, mean, rms = results[first : first + 4]
+        largest = np.maximum(np.abs(highest), np.abs(lowest))
+        force = np.maximum.reduce([mean - highest, lowest - mean, np.abs(mean) - rms, rms - largest])
+        miss = np.maximum(miss, np.divide(force, largest, out=np.zeros_like(force), where=largest > 0))
+    return miss
 
 
 def _sample_columns(scene: Scene, columns: Mapping[str, object]) -> tuple[dict[str, np.ndarray], int]:
@@ -648,17 +756,19 @@ def simulate_many(
         Fixed step; None: chosen by a pilot on the nominal and the corner dimensions (:func:`plan_integration`).
     method : {"rk8", "rk4", "auto"}
     formulation : {"slope", "published", "published-regular"}
-    outputs : names in :data:`OUTPUTS` or :data:`END_OUTPUTS`
-        None: all of OUTPUTS. What is not asked for is not computed; geometry alone integrates nothing.
+    outputs : names in :data:`OUTPUTS`, :data:`INVARIANT_OUTPUTS` or :data:`END_OUTPUTS`
+        None: all that the scene has (:func:`scene_outputs`). What is not asked for is not computed; geometry alone
+        integrates nothing.
     workers : int
         Threads; the results do not depend on it.
     accuracy : float
-        A sample whose energy or constraint error exceeds it has status "inaccurate".
+        A sample whose invariants (energy, constraints; angular momentum about Z and Omega where they are conserved) are
+        missed by more, or whose statistics contradict each other by more, has status "inaccurate".
     on_contact_loss : {"stop", "continue", "end"}
         From the first instant at which a contact force turns negative: the force statistics stop there, go on two-sided
         (the paper's model), or the whole sample ends there.
     project_energy : bool
-        Also project every step on the energy.
+        Also project every step on the energy; ``energy_correction`` is what that took out in all, and is judged as an error.
     halving : bool
         Integrate every sample once more with twice the steps, at three times the cost; one whose end of motion, tilt or
         force statistics differ by more than ``accuracy`` is "inaccurate". Finds chaotic motions, whose invariants look well.
@@ -683,7 +793,7 @@ def simulate_many(
     if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
         raise ValueError(f"workers = {workers!r} is out of range; allowed: a whole number >= 1.")
     if plan is None:
-        integrated = [name for name in names if name in _ROWS]
+        integrated = names is None or any(name in _ROWS for name in names)
         finite = {name: column[np.isfinite(column)] for name, column in inputs.items()}
         bounds = {name: (float(c.min()), float(c.max())) for name, c in finite.items() if len(c)}
         plan = plan_integration(
@@ -692,8 +802,8 @@ def simulate_many(
             halving=halving,
         )  # fmt: skip
     columns = integrate_columns(
-        scene, inputs, n, plan=plan, outputs=names, workers=int(workers), on_contact_loss=on_contact_loss,
-        project_energy=project_energy,
+        scene, inputs, n, plan=plan, outputs=names or scene_outputs(plan, project_energy), workers=int(workers),
+        on_contact_loss=on_contact_loss, project_energy=project_energy,
     )  # fmt: skip
     columns["status"] = _WORDS[columns["status"]]
     return pd.DataFrame({**inputs, **columns})
@@ -756,7 +866,8 @@ def simulate(
     )  # fmt: skip
     raw, _ = _raw(scene.scalars, 1)
     time = np.linspace(0.0, scene.duration, plan.steps + 1)
-    summary = _block_results(scene, scene.scalars, 1, OUTPUTS, plan, ensemble.CONTINUE, project_energy)
+    outputs = scene_outputs(plan, project_energy)
+    summary = _block_results(scene, scene.scalars, 1, outputs, plan, ensemble.CONTINUE, project_energy)
     status = _sentence(summary, plan)
     if plan.formulation != "slope":
         records = _published_records(np.ascontiguousarray(raw[:, 0]), plan, scene.duration)
@@ -773,6 +884,11 @@ def simulate(
             energy=records.energy[:rows],
             status=status,
         )
+    with np.errstate(all="ignore"):
+        return _traced(scene, raw, plan, project_energy, time, status)
+
+
+def _traced(scene: Scene, raw, plan: Plan, project_energy: bool, time: np.ndarray, status: str) -> Trajectory:
     model, load = plan.features.model, 1 if plan.features.load else None
     n_state, n_coef = models.sizes.py_func(*model)
     states = np.empty((plan.steps + 1, n_state))
@@ -802,8 +918,10 @@ def _sentence(summary: Mapping[str, np.ndarray], plan: Plan) -> str:
     """Status of one motion in words, with the time where there is one."""
     status, at = STATUSES[summary["status"][0]], summary["status_time"][0]
     if status == "inaccurate":
-        worst = max(summary["energy_error"][0], summary["constraint_error"][0])
-        return f"inaccurate: energy or constraint error {worst:.1e} above {plan.accuracy:.1e}"
+        name = max((name for name in CHECKS if name in summary), key=lambda name: summary[name][0])
+        if summary[name][0] > plan.accuracy:
+            return f"inaccurate: {name.replace('_', ' ')} {summary[name][0]:.1e} above {plan.accuracy:.1e}"
+        return f"inaccurate: a shorter step changes the results by more than {plan.accuracy:.1e}, or they contradict each other"
     if status == "ok" or math.isnan(at):
         return status
     if status.startswith("singular: "):

@@ -7,11 +7,14 @@ import re
 from decimal import Decimal
 from functools import cache
 
+#: Outputs that watch the integration; the last three only where the quantity is conserved, or is projected on.
+CHECKS = ("energy_error", "constraint_error", "momentum_error", "spin_error", "energy_correction")
+
 #: Every output of a sample, in the order in which tables show them.
 OUTPUTS = (
     "tilt_angle", "effective_radius", "approximate_radius",
     *(f"contact_force_{end}_{kind}" for end in "DE" for kind in ("max", "min", "mean", "rms")),
-    "tilt_max", "contact_loss_time", "energy_error", "constraint_error",
+    "tilt_max", "contact_loss_time", *CHECKS,
 )  # fmt: skip
 
 #: SI unit of every scalar of a scene and of every output, by name.
@@ -29,7 +32,7 @@ SI = {
     **dict.fromkeys(("effective_radius", "approximate_radius"), "m"),
     **{f"contact_force_{end}_{kind}": "N" for end in "DE" for kind in ("max", "min", "mean", "rms")},
     **dict.fromkeys(("contact_loss_time", "status_time"), "s"),
-    **dict.fromkeys(("energy_error", "constraint_error"), "1"),
+    **dict.fromkeys(CHECKS, "1"),
 }
 
 #: What people read in place of an SI unit, and how many of it one SI unit is.

@@ -30,9 +30,9 @@ WIDTH = 32
     D_MAX, D_MIN, D_MEAN, D_RMS, E_MAX, E_MIN, E_MEAN, E_RMS,
     TILT_MAX, LOSS_TIME, ENERGY_ERROR, CONSTRAINT_ERROR, END_TIME, STATUS,
     ORIGIN_X, ORIGIN_Y, AXIS_X, AXIS_Y, AXIS_Z, RERUN_FORCE, RERUN_AT, RERUN_IGNORE,
-    HALVING_ERROR,
-) = range(23)  # fmt: skip
-RESULTS = 23  # the last one is the caller's
+    MOMENTUM_ERROR, ENERGY_CORRECTION, SPIN_ERROR, HALVING_ERROR,
+) = range(26)  # fmt: skip
+RESULTS = 26  # the last two are the caller's
 
 OK, CONTACT_LOST, DIVERGED, RERUN = 0, 1, 2, 3  # codes in row STATUS
 STOP, CONTINUE, END = 0, 1, 2  # what a loss of contact does
@@ -156,12 +156,17 @@ def _energies(y, coef, lane, general, axial, exact, load):
 
 
 @routine
-def _project_energy(y, coef, energy, general, axial, exact, load):
-    """Scale the speeds so that the energy is ``energy[lane]``; a lane nearly at rest is left alone until it moves."""
+def _project_energy(y, coef, energy, correction, general, axial, exact, load):
+    """Scale the speeds so that the energy is ``energy[lane]``; a lane nearly at rest is left alone until it moves.
+
+    What is taken out of a lane adds up in ``correction`` (J): the error that the motion would have without.
+    """
     for lane in range(WIDTH):
         kinetic, potential = _energies(y, coef, lane, general, axial, exact, load)
         ratio = (energy[lane] - potential) / kinetic
-        factor = math.sqrt(ratio) if abs(ratio - 1.0) < 0.1 else 1.0
+        near = abs(ratio - 1.0) < 0.1
+        factor = math.sqrt(ratio) if near else 1.0
+        correction[lane] += kinetic + potential - energy[lane] if near else 0.0
         models.scale_speeds(y, factor, lane, WIDTH, general, axial, exact)
 
 
@@ -424,6 +429,7 @@ def integrate(
     rk4,
     load,
     forces,
+    momentum,
 ):
     """Integrate every column of ``raw`` over ``duration`` (s) in ``steps`` equal steps and write its results to ``out``.
 
@@ -437,9 +443,9 @@ def integrate(
         force is negative, and the last step at which a suspicion is to be passed over (-1, 0, -1 at first). A lane whose
         end shows that it needs them has status RERUN; one that ignores all its steps never does.
     out : (RESULTS, n) array
-    general, axial, exact, rk4, load, forces : None or 1
+    general, axial, exact, rk4, load, forces, momentum : None or 1
         The equations of motion (:mod:`models`); rk4 instead of rk8; whether there is any load; whether contact forces,
-        largest tilt and loss of contact are wanted.
+        largest tilt and loss of contact are wanted; whether the angular momentum about Z is conserved.
     """
     n = raw.shape[1]
     n_state, n_coef = models.sizes(general, axial, exact)
@@ -462,6 +468,7 @@ def integrate(
         _lanes(1),
         _lanes(1),
     )
+    correction, momentum0 = _lanes(1), _lanes(1)
     bad_step, loss_step, loss_bracket = _lanes(1), _lanes(1), _lanes(1)
     open_forces, open_motion, loss_floor, loss_time = (
         _lanes(1), _lanes(1), _lanes(1), _lanes(1)
@@ -485,7 +492,9 @@ def integrate(
                 kinetic + potential,
                 max(kinetic, raw[P.LOAD_ENERGY, min(block + lane, n - 1)]),
             )
-            work[lane], energy_error[lane], constraint_error[lane] = 0.0, 0.0, 0.0
+            work[lane], energy_error[lane], constraint_error[lane], correction[lane] = 0.0, 0.0, 0.0, 0.0
+            if momentum is not None:
+                momentum0[lane], _, _ = models.momentum(y, coef, lane, WIDTH, general, axial, exact)
             h[lane] = step_length
             bad_step[lane], loss_step[lane], loss_time[lane], loss_bracket[lane] = -1.0, -1.0, np.nan, 0.0
             open_forces[lane], open_motion[lane] = 1.0, 1.0
@@ -553,7 +562,7 @@ def integrate(
             if project_energy:
                 for lane in range(WIDTH):
                     best[lane] = energy0[lane] + work[lane]
-                _project_energy(end, coef, best, general, axial, exact, load)
+                _project_energy(end, coef, best, correction, general, axial, exact, load)
             for lane in range(WIDTH):
                 constraint_error[lane] = max(constraint_error[lane], error[lane])
             if project_energy or step % _ENERGY_INTERVAL == 0 or step == steps - 1:
@@ -705,6 +714,14 @@ def integrate(
                 out[TILT_MAX, i] = math.atan(math.sqrt(max(slots[first + lane], 0.0)) / raw[1, i])
                 out[LOSS_TIME, i] = loss_time[lane] if loss_time[lane] >= 0.0 else np.nan
             out[ENERGY_ERROR, i] = energy_error[lane] / energy_scale[lane] if energy_error[lane] != 0.0 else 0.0
+            out[ENERGY_CORRECTION, i] = abs(correction[lane]) / energy_scale[lane] if correction[lane] != 0.0 else 0.0
+            out[MOMENTUM_ERROR, i] = 0.0
+            if momentum is not None:
+                about_z, turn, constant = models.momentum(y, coef, lane, WIDTH, general, axial, exact)
+                change = abs(about_z - momentum0[lane])
+                # Cauchy and Schwarz: no momentum is larger at the largest kinetic energy.
+                scale = math.sqrt(2.0 * energy_scale[lane] * turn) + constant
+                out[MOMENTUM_ERROR, i] = change / scale if change != 0.0 else 0.0
             out[CONSTRAINT_ERROR, i] = constraint_error[lane]
             out[END_TIME, i], out[STATUS, i] = end_time, status
             x, z, u, v, _, _, _, _, _, _, w2 = models.observe(y, coef, lane, WIDTH, general, axial, exact, load)
@@ -727,7 +744,8 @@ def trace(raw, steps, duration, project_energy, states, coef, general, axial, ex
     y, end = _lanes(n_state), _lanes(n_state)
     argument, k = _lanes(n_state), _lanes(stages * n_state)
     samples, sums, error = _lanes((stages + 2) * 4), _lanes(5), _lanes(1)
-    h, energy = _lanes(1), _lanes(1)
+    h, energy, correction = _lanes(1), _lanes(1), _lanes(1)
+    correction[:] = 0.0
     for lane in range(WIDTH):
         models.prepare(raw, 0, coef, y, lane, WIDTH, general, axial, exact)
         h[lane] = duration / steps
@@ -742,7 +760,7 @@ def trace(raw, steps, duration, project_energy, states, coef, general, axial, ex
             if general is not None:
                 for lane in range(WIDTH):
                     energy[lane] += sums[4 * WIDTH + lane]
-            _project_energy(end, coef, energy, general, axial, exact, load)
+            _project_energy(end, coef, energy, correction, general, axial, exact, load)
         y[:] = end
         for c in range(n_state):
             states[step + 1, c] = y[c * WIDTH]

@@ -59,7 +59,10 @@ def start(raw, i, y, lane, width):
 
 @device
 def evaluate(y, coef, lane, width, with_load):
-    """(swing', nu', Omega', phi', delta', sin(eps)', X, Y, N_D, N_E, T, V, power) of one lane; N, J, W, X and Y over L."""
+    """(swing', nu', Omega', phi', delta', sin(eps)', X, Y, N_D, N_E, T, V, power, momentum about Z, that of a unit turn).
+
+    Of one lane; SI units, X and Y over L.
+    """
     c_x, c_y = y[lane], y[width + lane]
     cos_d, sin_d, sin_e = y[2 * width + lane], y[3 * width + lane], y[4 * width + lane]
     swing, nu = y[5 * width + lane], y[6 * width + lane]
@@ -69,7 +72,7 @@ def evaluate(y, coef, lane, width, with_load):
     gx, gy = coef[_GX * width + lane], coef[_GY * width + lane]
     fx, fy = coef[_FX * width + lane], coef[_FY * width + lane]
     tx, ty = coef[_TX * width + lane], coef[_TY * width + lane]
-    swing_rate, nu_rate, spin_rate, phi_rate, n_d, n_e, kinetic, potential, power = section.general(
+    swing_rate, nu_rate, spin_rate, phi_rate, n_d, n_e, kinetic, potential, power, about_z, turn_z = section.general(
         cos_d, sin_d, big_x, big_y, kappa, pull, x_bias, y_bias, swing, nu,
         y[7 * width + lane], y[8 * width + lane], y[9 * width + lane],
         coef[_COM_X * width + lane], coef[_COM_Y * width + lane], coef[_COM_Z * width + lane],
@@ -84,14 +87,14 @@ def evaluate(y, coef, lane, width, with_load):
     newton, joule = coef[_FORCE * width + lane], coef[_ENERGY * width + lane]
     return (
         swing_rate, nu_rate, spin_rate, phi_rate, turn, lean, big_x, big_y,
-        newton * n_d, newton * n_e, joule * kinetic, joule * potential, joule * power,
+        newton * n_d, newton * n_e, joule * kinetic, joule * potential, joule * power, joule * about_z, joule * turn_z,
     )  # fmt: skip
 
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
     """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 and the power of the torque."""
-    swing_rate, nu_rate, spin_rate, phi_rate, turn, lean, _, big_y, n_d, n_e, _, _, power = evaluate(
+    swing_rate, nu_rate, spin_rate, phi_rate, turn, lean, _, big_y, n_d, n_e, _, _, power, _, _ = evaluate(
         y, coef, lane, width, with_load
     )
     swing = h * y[5 * width + lane]
@@ -124,6 +127,13 @@ def project(y, coef, lane, width):
 
 
 @device
+def momentum(y, coef, lane, width):
+    """Angular momentum about Z, kg m^2/s; that of a unit turn about Z, kg m^2; and 0: no part is left out."""
+    _, _, _, _, _, _, _, _, _, _, _, _, _, about_z, turn = evaluate(y, coef, lane, width, False)
+    return about_z, turn, 0.0
+
+
+@device
 def scale_speeds(y, factor, lane, width):
     """Multiply the speeds by ``factor``: the projection on the energy."""
     y[5 * width + lane] *= factor
@@ -134,7 +144,7 @@ def scale_speeds(y, factor, lane, width):
 @device
 def observe(y, coef, lane, width, with_load):
     """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane; the multipliers are the contact forces."""
-    _, _, _, _, _, _, big_x, big_y, n_d, n_e, kinetic, potential, _ = evaluate(y, coef, lane, width, with_load)
+    _, _, _, _, _, _, big_x, big_y, n_d, n_e, kinetic, potential, _, _, _ = evaluate(y, coef, lane, width, with_load)
     c_x, c_y = y[lane], y[width + lane]
     x, w = coef[_LENGTH * width + lane] * big_x, coef[_LENGTH * width + lane] * big_y
     return x * c_x, x * c_y, -w * c_y, w * c_x, n_d, n_e, n_d, n_e, kinetic, potential, w * w

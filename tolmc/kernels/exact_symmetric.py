@@ -51,7 +51,10 @@ def start(raw, i, y, lane, width):
 
 @device
 def evaluate(y, coef, lane, width, with_load):
-    """(swing', nu', delta', sin(eps)', X, Y, N_D, N_E, T, V) of one lane; forces in N, energies in J, X and Y over L."""
+    """(swing', nu', delta', sin(eps)', X, Y, N_D, N_E, T, V, momentum about Z, its change with swing) of one lane.
+
+    SI units, X and Y over L.
+    """
     c_x, c_y = y[lane], y[width + lane]
     cos_d, sin_d, sin_e = y[2 * width + lane], y[3 * width + lane], y[4 * width + lane]
     swing, nu = y[5 * width + lane], y[6 * width + lane]
@@ -65,19 +68,22 @@ def evaluate(y, coef, lane, width, with_load):
         force_c, force_j = c_x * fx + c_y * fy, c_x * fy - c_y * fx
         moment_c, moment_j = c_x * gx + c_y * gy, c_x * gy - c_y * gx
         moment_z = coef[_GZ * width + lane]
-    swing_rate, nu_rate, n_d, n_e, kinetic, potential = section.symmetric(
+    swing_rate, nu_rate, n_d, n_e, kinetic, potential, about_z, turn_z = section.symmetric(
         cos_d, sin_d, big_x, big_y, kappa, pull, x_bias, y_bias, swing, nu,
         coef[_Z * width + lane], coef[_INERTIA * width + lane], coef[_GYRO * width + lane],
         force_c, force_j, moment_c, moment_j, moment_z,
     )  # fmt: skip
     newton, joule = coef[_FORCE * width + lane], coef[_ENERGY * width + lane]
-    return swing_rate, nu_rate, turn, lean, big_x, big_y, newton * n_d, newton * n_e, joule * kinetic, joule * potential
+    return (
+        swing_rate, nu_rate, turn, lean, big_x, big_y, newton * n_d, newton * n_e, joule * kinetic, joule * potential,
+        joule * about_z, joule * turn_z,
+    )  # fmt: skip
 
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
     """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 and the power of the torque (none here)."""
-    swing_rate, nu_rate, turn, lean, _, big_y, n_d, n_e, _, _ = evaluate(y, coef, lane, width, with_load)
+    swing_rate, nu_rate, turn, lean, _, big_y, n_d, n_e, _, _, _, _ = evaluate(y, coef, lane, width, with_load)
     swing = h * y[5 * width + lane]
     k[first + lane] = -swing * y[width + lane]
     k[first + width + lane] = swing * y[lane]
@@ -103,6 +109,13 @@ def project(y, coef, lane, width):
 
 
 @device
+def momentum(y, coef, lane, width):
+    """Angular momentum about Z less the constant C Omega, kg m^2/s; its change with the swing, kg m^2; and |C Omega|."""
+    _, _, _, _, _, _, _, _, _, _, about_z, turn = evaluate(y, coef, lane, width, False)
+    return about_z, turn, abs(coef[_GYRO * width + lane]) * coef[_ENERGY * width + lane]
+
+
+@device
 def scale_speeds(y, factor, lane, width):
     """Multiply the speeds by ``factor``: the projection on the energy."""
     y[5 * width + lane] *= factor
@@ -112,7 +125,7 @@ def scale_speeds(y, factor, lane, width):
 @device
 def observe(y, coef, lane, width, with_load):
     """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane; the multipliers are the contact forces."""
-    _, _, _, _, big_x, big_y, n_d, n_e, kinetic, potential = evaluate(y, coef, lane, width, with_load)
+    _, _, _, _, big_x, big_y, n_d, n_e, kinetic, potential, _, _ = evaluate(y, coef, lane, width, with_load)
     c_x, c_y = y[lane], y[width + lane]
     x, w = coef[_LENGTH * width + lane] * big_x, coef[_LENGTH * width + lane] * big_y
     return x * c_x, x * c_y, -w * c_y, w * c_x, n_d, n_e, n_d, n_e, kinetic, potential, w * w

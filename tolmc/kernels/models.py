@@ -78,6 +78,21 @@ def project(y, coef, lane, width, general, axial, exact):
 
 
 @device
+def momentum(y, coef, lane, width, general, axial, exact):
+    """Angular momentum about Z (kg m^2/s) less its constant part, that of a unit turn about Z (kg m^2), the constant part."""
+    if exact is not None and general is not None:
+        return exact_general.momentum(y, coef, lane, width)
+    elif exact is not None:
+        return exact_symmetric.momentum(y, coef, lane, width)
+    elif general is not None:
+        return slope_general.momentum(y, coef, lane, width)
+    elif axial is not None:
+        return slope_axial.momentum(y, coef, lane, width)
+    else:
+        return slope_symmetric.momentum(y, coef, lane, width)
+
+
+@device
 def scale_speeds(y, factor, lane, width, general, axial, exact):
     """Multiply the speeds by ``factor``."""
     if exact is not None and general is not None:

@@ -91,14 +91,14 @@ def symmetric(
     cos_d, sin_d, x, y, kappa, pull, x_bias, y_bias, swing, nu,
     z, inertia, gyro, force_c, force_j, moment_c, moment_j, moment_z,
 ):  # fmt: skip
-    """Body symmetric about its axis: (swing', nu', N_D, N_E, T, V).
+    """Body symmetric about its axis: (swing', nu', N_D, N_E, T, V, momentum about Z, its change with swing).
 
     x ... y_bias come from :func:`shape`. z = z_C/L, inertia = A/(m L^2), gyro = C Omega/(m L^2); force_c,
     force_j are the components of the resultant over m L along c and Jc; moment_c, moment_j, moment_z those of
     the sum of z_i F_i over m L^2 along c, Jc and Z, z_i the height on the axis where F_i acts. Contact forces
     in units of m L/s^2, positive when the wall pushes; T, without the constant C Omega^2/2, and V in units of
-    m L^2/s^2. What a caller does not use is not computed: the accelerations alone cost one square root and two
-    divisions.
+    m L^2/s^2, the momentum, without the constant C Omega, in units of m L^2/s. What a caller does not use is not
+    computed: the accelerations alone cost one square root and two divisions.
 
     Lagrange's equations in the angle of c, X and the tilt theta: tan(theta) = Y, e = (sin(theta) Jc, cos(theta)).
     """
@@ -138,7 +138,9 @@ def symmetric(
 
     kinetic = 0.5 * (m_11 * swing2 + m_22 * nu * nu) + m_12 * swing * nu
     potential = -x * force_c - sin_t * moment_j - cos_t * moment_z
-    return swing_rate, nu_rate, n_d, n_e, kinetic, potential
+    # cos(theta) - 1 = -sin(theta)^2/(1 + cos(theta))
+    about_z = m_11 * swing + m_12 * nu - gyro * sin_t * sin_t / (1.0 + cos_t)
+    return swing_rate, nu_rate, n_d, n_e, kinetic, potential, about_z, m_11
 
 
 @device
@@ -164,7 +166,7 @@ def general(
     gravity_c, gravity_j, gravity_z, force_c, force_j, force_z, at_x, at_y, at_z,
     torque_c, torque_j, torque_z, with_load,
 ):  # fmt: skip
-    """Any body: (swing', nu', Omega', phi', N_D, N_E, T, V, power of the torque).
+    """Any body: (swing', nu', Omega', phi', N_D, N_E, T, V, power of the torque, momentum about Z, that of a unit turn).
 
     cos_p, sin_p belong to phi = chi - (polar angle of c), the body's turn about e in the frame (c, d, e) with
     d = (cos(theta) Jc, -sin(theta)); spin = Omega. com = r_C/L and j = J/(m L^2) about O in body axes;
@@ -258,7 +260,10 @@ def general(
         + m_12 * swing * nu
         + (m_13 * swing + m_23 * nu) * spin
     )
-    return swing_rate, nu_rate, spin_rate, phi_rate, normal_d, normal_e, kinetic, potential, power
+    # A turn about Z has swing = 1, nu = 0, Omega = cos(theta).
+    about_z = m_11 * swing + m_12 * nu + m_13 * spin + cos_t * (m_13 * swing + m_23 * nu + j_zz * spin)
+    turn = m_11 + cos_t * (2.0 * m_13 + cos_t * j_zz)
+    return swing_rate, nu_rate, spin_rate, phi_rate, normal_d, normal_e, kinetic, potential, power, about_z, turn
 
 
 @device

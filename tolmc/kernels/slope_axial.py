@@ -63,6 +63,13 @@ def project(y, coef, lane, width):
 
 
 @device
+def momentum(y, coef, lane, width):
+    """As :func:`slope_symmetric.momentum`."""
+    cos_d, sin_d = y[lane], y[width + lane]
+    return slope_symmetric.momentum_about_z(cos_d * cos_d, sin_d * sin_d, y[2 * width + lane], coef, lane, width)
+
+
+@device
 def scale_speeds(y, factor, lane, width):
     """Multiply the speeds, and so the momenta, by ``factor``: the projection on the energy."""
     y[2 * width + lane] *= factor

@@ -74,7 +74,10 @@ def _cross(ax, ay, az, bx, by, bz):
 
 @device
 def evaluate(y, coef, lane, width, with_load):
-    """(a', b', Omega', chi', N_D, N_E, lambda_D, lambda_E, |w|^2, T, V, power of the torque) of one lane, SI units."""
+    """(a', b', Omega', chi', N_D, N_E, lambda_D, lambda_E, |w|^2, T, V, power, momentum about Z, that of a unit turn).
+
+    Of one lane, SI units. A unit turn about Z has the speeds a = b = 1, Omega = e_z.
+    """
     dx, dy, ex, ey = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     a, b = y[4 * width + lane], y[5 * width + lane]
     cos_chi, sin_chi, spin = y[6 * width + lane], y[7 * width + lane], y[8 * width + lane]
@@ -224,13 +227,17 @@ def evaluate(y, coef, lane, width, with_load):
     return (
         a_rate, b_rate, spin_rate, chi_rate, -lambda_d * normal, -lambda_e * normal, lambda_d, lambda_e, w2,
         kinetic, potential, power,
+        (m_aa + m_ab) * a + (m_ab + m_bb) * b + (m_as + m_bs) * spin + axis_z * (m_as * a + m_bs * b + jzz * spin),
+        m_aa + 2.0 * m_ab + m_bb + axis_z * (2.0 * (m_as + m_bs) + axis_z * jzz),
     )  # fmt: skip
 
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
     """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 and the power of the torque."""
-    a_rate, b_rate, spin_rate, chi_rate, n_d, n_e, _, _, w2, _, _, power = evaluate(y, coef, lane, width, with_load)
+    a_rate, b_rate, spin_rate, chi_rate, n_d, n_e, _, _, w2, _, _, power, _, _ = evaluate(
+        y, coef, lane, width, with_load
+    )
     a, b = h * y[4 * width + lane], h * y[5 * width + lane]
     k[first + lane] = -a * y[width + lane]
     k[first + width + lane] = a * y[lane]
@@ -260,6 +267,13 @@ def project(y, coef, lane, width):
 
 
 @device
+def momentum(y, coef, lane, width):
+    """Angular momentum about Z, kg m^2/s; that of a unit turn about Z, kg m^2; and 0: no part is left out."""
+    _, _, _, _, _, _, _, _, _, _, _, _, about_z, turn = evaluate(y, coef, lane, width, False)
+    return about_z, turn, 0.0
+
+
+@device
 def scale_speeds(y, factor, lane, width):
     """Multiply the speeds by ``factor``: the projection on the energy."""
     y[4 * width + lane] *= factor
@@ -270,7 +284,9 @@ def scale_speeds(y, factor, lane, width):
 @device
 def observe(y, coef, lane, width, with_load):
     """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane."""
-    _, _, _, _, n_d, n_e, lambda_d, lambda_e, w2, kinetic, potential, _ = evaluate(y, coef, lane, width, with_load)
+    _, _, _, _, n_d, n_e, lambda_d, lambda_e, w2, kinetic, potential, _, _, _ = evaluate(
+        y, coef, lane, width, with_load
+    )
     dx, dy, ex, ey = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     return (
         0.5 * (dx + ex), 0.5 * (dy + ey), 0.5 * (dx - ex), 0.5 * (dy - ey),

@@ -239,6 +239,25 @@ def project(y, coef, lane, width):
 
 
 @device
+def momentum(y, coef, lane, width):
+    """Angular momentum about Z less the constant C Omega, kg m^2/s; that of a unit turn about Z, kg m^2; and |C Omega|.
+
+    C Omega (n - 1) = -C Omega kappa q y/(1 + n).
+    """
+    ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+    return momentum_about_z(ox * ox + oy * oy, wx * wx + wy * wy, y[4 * width + lane], coef, lane, width)
+
+
+@device
+def momentum_about_z(p, q, momentum_s, coef, lane, width):
+    """:func:`momentum` from the invariants of the pose and P_s."""
+    kappa, gamma, joule = coef[_KAPPA * width + lane], coef[_GAMMA * width + lane], coef[_ENERGY * width + lane]
+    y = 1.0 / (1.0 + kappa * q)
+    turned = joule * (momentum_s - gamma * q * y / (1.0 + math.sqrt(y)))
+    return turned, joule * (p + coef[_B * width + lane] * q * y), joule * abs(gamma) / kappa
+
+
+@device
 def scale_speeds(y, factor, lane, width):
     """Multiply the speeds, and so the momenta, by ``factor``: the projection on the energy."""
     y[4 * width + lane] *= factor

@@ -1,0 +1,121 @@
+"""What watches a sample: invariants as columns, statistics that must not contradict each other, a pilot that gives up."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import CYLINDER, LOADED, PAPER_JOINT, START, SYMMETRIC, UNBALANCED, dimensions, nearly_symmetric
+from twins.invariants import angular_momentum_z
+
+from tolmc import Body, Joint, Loads, Motion, Scene, simulate, simulate_many
+from tolmc.simulation import plan_integration
+
+UPRIGHT = Scene(PAPER_JOINT, CYLINDER, Loads((0, 0, -9.81)), START, 0.2)
+EXACT = replace(UPRIGHT, joint=replace(PAPER_JOINT, section="exact"))
+FREE = replace(UPRIGHT, body=UNBALANCED, loads=Loads((0, 0, -9.81), (0, 0, 0.7), (0.01, 0.02, 0.03)))
+CONSERVING = {
+    "axial": UPRIGHT,
+    "general": FREE,
+    "symmetric body, general equations": nearly_symmetric(UPRIGHT),
+    "exact": EXACT,
+    "exact general": replace(FREE, joint=EXACT.joint),
+    "horizontal torque": replace(FREE, loads=Loads(torque=(2e-3, -1e-3, 0))),
+    "no load": replace(UPRIGHT, loads=Loads()),
+}
+
+
+def one(scene, **options):
+    return simulate_many(scene, **dimensions(scene), **options).iloc[0]
+
+
+@pytest.mark.parametrize("scene", CONSERVING.values(), ids=CONSERVING)
+def test_angular_momentum_is_watched_where_no_load_turns_about_z(scene):
+    """Kept to rounding by short steps, to the method's order by long ones."""
+    fine, coarse, coarser = (one(scene, step=step, accuracy=1.0).momentum_error for step in (2e-4, 8e-3, 1.6e-2))
+    assert fine < 1e-12
+    assert coarser > 30 * coarse > 1e3 * fine or coarser < 1e-13
+
+
+@pytest.mark.parametrize("formulation", ["slope", "published", "published-regular"])
+def test_the_momentum_error_is_that_of_the_motion(formulation):
+    """The axis's own motion, by splines through it, keeps the momentum; what a coarse one loses falls with the order."""
+    scene, step = replace(UPRIGHT, duration=0.15), 0.01
+    fine = simulate(scene, step=1e-4)
+    momentum = angular_momentum_z(scene.body, fine.time, fine.origin, fine.axis, scene.motion.spin_rate)[20:-20]
+    assert np.ptp(momentum) < 1e-9 * np.abs(momentum).max()
+    options = {"formulation": formulation, "method": "rk4", "accuracy": 1.0}
+    errors = [one(scene, step=step / n, **options).momentum_error for n in (1, 2, 4)]
+    assert 1e-9 < errors[0] < 1e-2
+    assert errors[0] > 8 * errors[1] > 64 * errors[2]
+
+
+@pytest.mark.parametrize("scene", [SYMMETRIC, LOADED], ids=["gravity across", "all loads"])
+def test_what_is_not_conserved_is_no_column(scene):
+    assert "momentum_error" not in simulate_many(scene, **dimensions(scene), step=1e-3)
+    assert ("spin_error" in simulate_many(scene, **dimensions(scene), step=1e-3)) == scene.body.is_symmetric
+
+
+def test_the_spin_is_watched_where_it_is_constant():
+    """A constant of the slope form's equations, a result of the published ones."""
+    assert one(SYMMETRIC, step=1e-3).spin_error == 0
+    options = {"formulation": "published-regular", "method": "rk4", "accuracy": 1.0}
+    coarse, fine = (one(SYMMETRIC, step=step, **options).spin_error for step in (1e-2, 1e-3))
+    assert coarse > 1e3 * fine
+    assert fine < 1e-8
+
+
+def test_a_projection_on_the_energy_hides_no_error():
+    """What the projection took out is what the energy would have been off by, and is judged like it."""
+    body = Body.from_centroidal(0.5, (3e-4, -2e-4, 0.004), [[4e-4, 1e-5, 0], [1e-5, 4.2e-4, 0], [0, 0, 1.2e-4]])
+    scene = Scene(PAPER_JOINT, body, Loads((0, -9.81, 0)), Motion(-1.92, -0.87, 2, -3, 0, 80.0), 20.0)
+    projected, plain = one(scene, step=0.04, project_energy=True), one(scene, step=0.04)
+    assert projected.energy_error < 1e-13
+    assert plain.energy_error / 3 < projected.energy_correction < 3 * plain.energy_error
+    assert plain.status == projected.status == "inaccurate"
+    fine = one(scene, step=2e-3, project_energy=True)
+    assert fine.status == "ok"
+    assert fine.energy_correction < 1e-9
+    assert "energy_correction" not in plain
+
+
+@pytest.mark.parametrize("factor", [1e155, 1e-165])
+def test_forces_whose_squares_leave_the_range_are_not_ok(factor):
+    scene = replace(SYMMETRIC, body=Body(factor, (0, 0, 0.004), factor * np.array([8.16e-4, 8.16e-4, 2.4e-4])))
+    assert one(scene, step=1e-3).status in ("diverged", "inaccurate")
+
+
+def test_a_diverged_motion_is_called_so_and_has_no_statistics():
+    scene = replace(SYMMETRIC, motion=replace(START, spin_rate=1e6))
+    row = one(scene, step=1e-4)
+    assert row.status == "diverged"
+    assert np.isnan(row.filter(like="contact_force").astype(float)).all()
+    assert simulate(scene, step=1e-4).status.startswith("diverged")
+
+
+@pytest.mark.parametrize("formulation", ["slope", "published", "published-regular"])
+def test_absurd_scenes_warn_of_nothing(formulation):
+    length, inertia = 0.002120382286379494, 273333.5215289062
+    scene = Scene(
+        Joint(0.02, 0.01, length), Body(1.0, (0, 0, 0.004), (inertia, inertia, 0.5)), Loads((0, -371.8562462310606, 0)),
+        Motion(-1.5143186317046384, 1.7533841175163727, -0.11129219318751944, -0.6885649476343216, 0, 0.14425708806082496),
+        0.1,
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert one(scene, step=0.1, method="rk4", formulation=formulation).status != "ok"
+        assert not simulate(scene, step=0.1, method="rk4", formulation=formulation).status.startswith("ok")
+
+
+def test_a_pilot_that_meets_no_accuracy_says_so():
+    """At one corner of this box the clearance is a rounding error: no step resolves that motion; samples are halved."""
+    scene = replace(SYMMETRIC, joint=Joint(0.02, 0.0199, 0.02), duration=0.02)
+    bounds = {"journal_radius": (0.0198, np.nextafter(0.02, 0.0))}
+    plan = plan_integration(scene, bounds)
+    assert plan.unresolved == 1
+    assert plan.halving
+    assert plan.pilot_error < plan.accuracy
+    assert plan.steps < 10_000
+    settled = plan_integration(scene, {"journal_radius": (0.0198, 0.01995)})
+    assert settled.unresolved == 0
+    assert not settled.halving
