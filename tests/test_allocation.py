@@ -1,4 +1,5 @@
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,7 @@ from tolmc.distributions import Measured, Normal, Uniform
 from tolmc.errors import InputError
 from tolmc.intervals import binomial_interval
 from tolmc.study import StudyError, load_study
-from tolmc.study_allocation import allocate_study, read_plan
+from tolmc.study_allocation import _choice, allocate_study, read_plan
 from tolmc.tolerances import Dimension, Tolerances, sample
 
 NAMES = ("alpha", "beta", "spin")
@@ -235,6 +236,20 @@ def test_plan_of_a_study_file(tmp_path):
     assert journal.labels == ("IT6", "IT7", "IT8", "IT9") and journal.anchor == "upper"
     assert (length.narrowest, length.widest, length.at) == pytest.approx((1e-5, 4e-4, 1e-4))
     assert (length.fixed, length.variable, length.law) == (0.8, 1.2, "reciprocal")
+
+
+@pytest.mark.parametrize(
+    ("dimension", "grade", "micrometres"),
+    [
+        (Dimension.from_fit("50 H7/d9")[0], "IT7", 12.5),
+        (Dimension.from_tolerance_class("half_length", "80 h9"), "IT9", 37.0),
+        (Dimension.from_deviations("journal_radius", 0.025, -80e-6, -40e-6), "IT7", 12.5),
+    ],
+)
+def test_grades_are_those_of_the_basic_size_at_the_end_of_its_row(dimension, grade, micrometres):
+    study = SimpleNamespace(tolerances=Tolerances((dimension,)))
+    choice = _choice(study, dimension.name, {"grades": {grade: 1.0}})
+    assert choice.widths == pytest.approx([micrometres * 1e-6])
 
 
 @pytest.mark.parametrize(

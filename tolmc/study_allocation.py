@@ -33,6 +33,7 @@ from tolmc.allocation_tables import allocation_tables
 from tolmc.study import MAX_SAMPLES, Study, StudyError, load_study
 from tolmc.study_fields import Faults, Own, Section, check_names, in_section, place, quantity, validated, whole
 from tolmc.study_model import study_model
+from tolmc.tolerances import Dimension
 
 _GRADED = ("bearing_radius", "journal_radius", "half_length")
 
@@ -121,12 +122,19 @@ def _grades(study: Study, name: str, choice: _Choice) -> Grades:
         raise Faults(f"{place(*where)} is empty; give at least one grade with its cost, such as IT7 = 9.0.")
     if choice.narrowest is not None or choice.widest is not None:
         raise Faults(f"{place(*where)}: narrowest and widest belong to a cost function; leave them out.")
-    size = 2e3 * next(dimension.nominal for dimension in study.tolerances.dimensions if dimension.name == name)
+    dimension = next(dimension for dimension in study.tolerances.dimensions if dimension.name == name)
     with in_section(*where):
-        widths = {label: 0.5 * fits.it_grade(size, label) for label in choice.grades}
+        widths = {label: 0.5 * fits.it_grade(_basic_size(dimension), label) for label in choice.grades}
     labels = tuple(sorted(widths, key=widths.get))
     costs = tuple(choice.grades[label] for label in labels)
     return Grades(name, labels, tuple(widths[label] for label in labels), costs, choice.anchor)
+
+
+def _basic_size(dimension: Dimension) -> float:
+    """Size that decides the row of the standard's tables, mm: that of the tolerance class, else twice the nominal."""
+    named = dimension.toleranced_size
+    size = 2.0 * dimension.nominal if named is None else fits.size_limits(named)[0]
+    return round(1e3 * size, 9)  # rounding of the units must not carry 50 mm into the row above
 
 
 def allocate_study(path: str | Path, *, out: str | Path | None = None) -> AllocationResult:
