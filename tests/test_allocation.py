@@ -9,7 +9,7 @@ from small_study import GEOMETRY, write
 
 from tolmc import fits, tilt_angle
 from tolmc.allocation import Curve, Grades, Plan, allocate, with_widths, zone
-from tolmc.distributions import Measured, Normal, Uniform
+from tolmc.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
 from tolmc.errors import InputError
 from tolmc.intervals import binomial_interval
 from tolmc.study import StudyError, load_study
@@ -153,6 +153,28 @@ def test_distribution_and_lots_keep_their_shape():
     dimension = narrow.dimensions[0]
     assert (dimension.lower, dimension.upper, dimension.sd) == pytest.approx((-0.3, 0.3, 0.1))
     assert dimension.between_lots == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize(
+    "distribution",
+    [
+        Triangular(),
+        Triangular(mode=0.2),
+        Normal(mean=0.8, cp=1.5),
+        Normal(mean=0.7, cpk=1.2, truncated=False),
+        Normal(mean="nominal"),
+        Normal(cp=1.5, cpk=1.0),
+        Beta(2.0, 5.0),
+        Uniform(),
+        Scipy("norm", {"loc": 0.4, "scale": 0.3}, truncated=True),
+    ],
+)
+@pytest.mark.parametrize("anchor", ["nominal", "lower", "upper", "middle"])
+def test_distributions_keep_their_shape_in_any_zone(distribution, anchor):
+    wide = Dimension("alpha", 0.9, 0.0, 1.0, distribution)
+    narrow = with_widths(Tolerances((wide,)), [Curve("alpha", 0.1, 1.0, 1.0, 1.0, anchor=anchor)], [0.1]).dimensions[0]
+    u = np.linspace(0.01, 0.99, 9)
+    assert (narrow.ppf(u) - narrow.lower) / 0.1 == pytest.approx(wide.ppf(u))
 
 
 @pytest.mark.parametrize("law", ["reciprocal", "reciprocal-square", "exponential"])

@@ -191,12 +191,17 @@ def with_widths(tolerances: Tolerances, choices: Sequence[Grades | Curve], width
     dimensions = []
     for dimension in tolerances.dimensions:
         if dimension.name in chosen:
-            lower, upper = zone(dimension, *chosen[dimension.name])
-            # The share of the variance between lots is kept, not its amount, which might not fit into a narrow zone.
-            lots = {"lot_sd": None, "lot_share": dimension.between_lots} if dimension.lot_sd is not None else {}
-            dimension = replace(dimension, lower=lower, upper=upper, **lots)
+            dimension = _in_zone(dimension, *zone(dimension, *chosen[dimension.name]))
         dimensions.append(dimension)
     return replace(tolerances, dimensions=tuple(dimensions))
+
+
+def _in_zone(dimension: Dimension, lower: float, upper: float) -> Dimension:
+    """The dimension with other limits, its distribution and the share of its variance between lots kept."""
+    # The share between lots, not its amount, which might not fit into a narrow zone.
+    lots = {"lot_sd": None, "lot_share": dimension.between_lots} if dimension.lot_sd is not None else {}
+    distribution = dimension.distribution.in_zone(dimension, lower, upper)
+    return replace(dimension, lower=lower, upper=upper, distribution=distribution, toleranced_size=None, **lots)
 
 
 def widest_widths(choices: Sequence[Grades | Curve]) -> list[float]:
