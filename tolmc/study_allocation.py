@@ -11,11 +11,12 @@ bearing_radius = { grades = { IT7 = 9.0, IT8 = 5.5, IT9 = 3.6 }, anchor = "lower
 half_length = { narrowest = "0.02 mm", widest = "0.4 mm", cost = { fixed = 1, variable = 2, at = "0.1 mm" } }
 
 ``grades``: ISO 286 grades of the diameter (of the bearing's length 2 L), each with the cost of a piece; a radius or half-length
-gets half their width. ``cost``: fixed + variable f(T/at) of the zone's width T = upper - lower, between the widths
-``narrowest`` and ``widest``; ``law`` names f: "reciprocal" (1/x, the default), "reciprocal-square" (1/x^2) or "exponential"
-(exp(1 - x)).
-``anchor``: the point of the zone that stays when its width changes: "nominal" (the default), "lower" (bores H), "upper"
-(shafts h, d, ...) or "middle". Costs are in any currency. Distributions keep their shape between the limits.
+gets half their width. The standard's row is that of the basic size of a ``fit`` or ``diameter``, else of twice the nominal.
+``cost``: fixed + variable f(T/at) of the zone's width T = upper - lower, between the widths ``narrowest`` and ``widest``;
+``law`` names f: "reciprocal" (1/x, the default), "reciprocal-square" (1/x^2) or "exponential" (exp(1 - x)).
+``anchor``: the point of the zone that stays when its width changes: "nominal", "lower", "upper" or "middle". When it is not
+given, the zone of a ``fit`` or ``diameter`` keeps its letter (40 H7 becomes 40 H9), any other its nominal.
+Costs are in any currency. Distributions keep their shape between the limits.
 """
 
 from __future__ import annotations
@@ -28,12 +29,14 @@ from pydantic import BeforeValidator, Field
 from rich.console import Console
 
 from tolmc import fits, units
-from tolmc.allocation import ANCHORS, LAWS, AllocationResult, Curve, Grades, Plan, allocate, widest_widths, with_widths
+from tolmc.allocation import AllocationResult, Plan, allocate
 from tolmc.allocation_tables import allocation_tables
 from tolmc.study import MAX_SAMPLES, Study, StudyError, load_study
 from tolmc.study_fields import Faults, Own, Section, check_names, in_section, place, quantity, validated, whole
 from tolmc.study_model import study_model
+from tolmc.surrogate import training_box
 from tolmc.tolerances import Dimension
+from tolmc.zones import ANCHORS, LAWS, Curve, Grades, hull, offered_box
 
 _GRADED = ("bearing_radius", "journal_radius", "half_length")
 
@@ -62,7 +65,7 @@ class _Choice(Section):
     cost: _Cost | None = None
     narrowest: Own | None = None
     widest: Own | None = None
-    anchor: Literal[ANCHORS] = "nominal"
+    anchor: Literal[ANCHORS] | None = None
 
 
 class _Allocation(Section):
@@ -125,9 +128,12 @@ def _grades(study: Study, name: str, choice: _Choice) -> Grades:
     dimension = next(dimension for dimension in study.tolerances.dimensions if dimension.name == name)
     with in_section(*where):
         widths = {label: 0.5 * fits.it_grade(_basic_size(dimension), label) for label in choice.grades}
-    labels = tuple(sorted(widths, key=widths.get))
-    costs = tuple(choice.grades[label] for label in labels)
-    return Grades(name, labels, tuple(widths[label] for label in labels), costs, choice.anchor)
+        labels = tuple(sorted(widths, key=widths.get))
+        costs = tuple(choice.grades[label] for label in labels)
+        sizes = ()
+        if choice.anchor is None and dimension.toleranced_size is not None:
+            sizes = tuple(fits.with_grade(dimension.toleranced_size, label) for label in labels)
+        return Grades(name, labels, tuple(widths[label] for label in labels), costs, choice.anchor, sizes)
 
 
 def _basic_size(dimension: Dimension) -> float:
@@ -148,15 +154,16 @@ def allocate_study(path: str | Path, *, out: str | Path | None = None) -> Alloca
     Raises
     ------
     InputError
-        When the study or its [allocation] cannot be used, or no choice reaches the yield.
+        When the study or its [allocation] cannot be used, or no choice has a predicted yield that could be shown.
     """
     study = load_study(path)
     plan = read_plan(study)
     if not study.specification:
         raise StudyError(f"{path}: [specification] is missing; an allocation needs limits to keep.")
-    with_limits = with_widths(study.tolerances, plan.choices, widest_widths(plan.choices))
-    model = study_model(study, tuple(study.specification), tolerances=with_limits)
-    result = allocate(study.tolerances, study.specification, plan, model)
+    box = hull(training_box(study.tolerances), offered_box(study.tolerances, plan.choices))
+    model = study_model(study, tuple(study.specification), box=box)
+    loss_is_known = study.on_contact_loss != "stop"
+    result = allocate(study.tolerances, study.specification, plan, model, loss_is_known=loss_is_known)
     console = Console()
     for table in allocation_tables(result, title=study.title):
         console.print(table)

@@ -293,6 +293,16 @@ class Tolerances:
     def _between_lots(self) -> np.ndarray:
         return np.array([dimension.between_lots for dimension in self.varied])
 
+    @property
+    def lot_correlation(self) -> float:
+        """Bound on the correlation of anything in two parts of a lot, 0 to 1.
+
+        Of functions of jointly normal variables none are correlated more than the variables in their most correlated
+        combination; for independent dimensions that is the largest share of a variance between lots.
+        """
+        largest = float(self._between_lots.max(initial=0.0))
+        return 1.0 if largest > 0.0 and self._copula is not None else largest
+
     @cached_property
     def _scores(self) -> np.ndarray:
         """Correlation matrix of the varied dimensions' standard normal scores."""
