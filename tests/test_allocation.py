@@ -396,9 +396,11 @@ def test_plan_of_a_study_file(tmp_path):
     plan = read_plan(load_study(study_file(tmp_path)))
     bore, journal, length = plan.choices
     assert (plan.target_yield, plan.confidence, plan.samples, plan.seed) == (0.99, 0.95, 20000, 7)
-    assert bore.labels == ("IT8", "IT9", "IT10") and bore.costs == (6.0, 4.2, 3.1)
-    assert bore.widths == pytest.approx([0.5 * fits.it_grade(40, grade) for grade in (8, 9, 10)])
-    assert journal.labels == ("IT6", "IT7", "IT8", "IT9") and journal.anchor == "upper"
+    assert bore.labels == ("IT7", "IT8", "IT9", "IT10", "IT11") and bore.offered == (1, 2, 3)
+    assert bore.costs[1:4] == (6.0, 4.2, 3.1) and np.isnan(bore.costs[0]) and np.isnan(bore.costs[4])
+    assert bore.widths == pytest.approx([0.5 * fits.it_grade(40, grade) for grade in range(7, 12)])
+    assert (bore.narrowest, bore.widest) == (bore.widths[1], bore.widths[3])
+    assert journal.labels == ("IT5", "IT6", "IT7", "IT8", "IT9", "IT10") and journal.anchor == "upper"
     assert (length.narrowest, length.widest, length.at) == pytest.approx((1e-5, 4e-4, 1e-4))
     assert (length.fixed, length.variable, length.law) == (0.8, 1.2, "reciprocal")
 
@@ -414,7 +416,37 @@ def test_plan_of_a_study_file(tmp_path):
 def test_grades_are_those_of_the_basic_size_at_the_end_of_its_row(dimension, grade, micrometres):
     study = SimpleNamespace(tolerances=Tolerances((dimension,)))
     choice = _choice(study, dimension.name, {"grades": {grade: 1.0}})
-    assert choice.widths == pytest.approx([micrometres * 1e-6])
+    assert choice.widths[1] == pytest.approx(micrometres * 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("size", "grade", "labels"),
+    [
+        ("40 H7", "IT18", ("IT17", "IT18")),
+        ("40 h7", "IT01", ("IT01", "IT0")),
+        ("40 K7", "IT8", ("IT7", "IT8")),  # the standard has no K9 here
+        ("2 js7", "IT17", ("IT16", "IT17", "IT18")),
+    ],
+)
+def test_grades_beside_the_offer_are_those_of_the_standard(size, grade, labels):
+    study = SimpleNamespace(tolerances=Tolerances((Dimension.from_tolerance_class("bearing_radius", size),)))
+    assert _choice(study, "bearing_radius", {"grades": {grade: 1.0}}).labels == labels
+
+
+def test_a_grade_beside_the_offer_shows_its_yield_by_true_motions():
+    """Where the surrogate was not trained the output jumps; the cheapest choice is the coarsest on offer."""
+
+    def kinked(inputs):
+        return pd.DataFrame({"y": np.where(inputs["alpha"].abs() > 0.05, 1.0, 0.0), "status": "ok"})
+
+    wide = Tolerances((Dimension("alpha", 0.0, -0.1, 0.1, Uniform()),))
+    choice = Grades("alpha", ("IT5", "IT6", "IT7"), (0.05, 0.1, 0.2), (2.0, 1.0, np.nan))
+    result = allocate(wide, {"y": {"max": 0.5}}, Plan((choice,), 0.99, samples=4000), kinked)
+    assert result.winner.labels == ("IT6",)
+    coarser = result.neighbours.set_index("direction").loc["coarser"]
+    assert coarser["to"] == "IT7" and np.isnan(coarser["cost"]) and np.isnan(coarser["cost_change"])
+    assert coarser["predicted_yield"] == pytest.approx(0.5, abs=0.03)
+    assert result.motions == 512 + 3 * 4000
 
 
 @pytest.mark.parametrize(
@@ -455,7 +487,7 @@ def test_allocation_of_a_study_end_to_end(tmp_path, capsys):
     for words in (
         "the cheapest tolerances",
         "Cost against yield",
-        "One grade up or down",
+        "One grade up or down (–: not on offer; yield of 10,000 motions)",
         "which reaches the required 99.0000 %",
     ):
         assert words in printed

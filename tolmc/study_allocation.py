@@ -21,6 +21,8 @@ Costs are in any currency. Distributions keep their shape between the limits.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -35,8 +37,8 @@ from tolmc.study import MAX_SAMPLES, Study, StudyError, load_study
 from tolmc.study_fields import Faults, Own, Section, check_names, in_section, place, quantity, validated, whole
 from tolmc.study_model import study_model
 from tolmc.surrogate import training_box
-from tolmc.tolerances import Dimension
-from tolmc.zones import ANCHORS, LAWS, Curve, Grades, hull, offered_box
+from tolmc.tolerances import Dimension, Tolerances
+from tolmc.zones import ANCHORS, LAWS, Curve, Grades, hull, offered_box, with_widths
 
 _GRADED = ("bearing_radius", "journal_radius", "half_length")
 
@@ -127,13 +129,38 @@ def _grades(study: Study, name: str, choice: _Choice) -> Grades:
         raise Faults(f"{place(*where)}: narrowest and widest belong to a cost function; leave them out.")
     dimension = next(dimension for dimension in study.tolerances.dimensions if dimension.name == name)
     with in_section(*where):
-        widths = {label: 0.5 * fits.it_grade(_basic_size(dimension), label) for label in choice.grades}
-        labels = tuple(sorted(widths, key=widths.get))
-        costs = tuple(choice.grades[label] for label in labels)
-        sizes = ()
-        if choice.anchor is None and dimension.toleranced_size is not None:
-            sizes = tuple(fits.with_grade(dimension.toleranced_size, label) for label in labels)
-        return Grades(name, labels, tuple(widths[label] for label in labels), costs, choice.anchor, sizes)
+        offer = _offer(dimension, choice.grades, choice.anchor)
+    for step in (-1, 1):
+        offer = _with_grade_beside(study.tolerances, dimension, offer, step)
+    return offer
+
+
+def _offer(dimension: Dimension, costs: Mapping[str, float], anchor: str | None) -> Grades:
+    """Grades with these costs, narrowest first."""
+    widths = {label: 0.5 * fits.it_grade(_basic_size(dimension), label) for label in costs}
+    labels = tuple(sorted(widths, key=widths.get))
+    sizes = ()
+    if anchor is None and dimension.toleranced_size is not None:
+        sizes = tuple(fits.with_grade(dimension.toleranced_size, label) for label in labels)
+        for size in sizes:
+            fits.size_limits(size)  # the standard does not have every letter in every grade
+    columns = (tuple(column[label] for label in labels) for column in (widths, costs))
+    return Grades(dimension.name, labels, *columns, anchor, sizes)
+
+
+def _with_grade_beside(tolerances: Tolerances, dimension: Dimension, offer: Grades, step: int) -> Grades:
+    """The offer with the next finer or coarser grade, which has no cost, where the standard and the dimension allow it."""
+    end = offer.labels[0 if step < 0 else -1]
+    place = fits.GRADES.index(end.upper().removeprefix("IT")) + step
+    if not 0 <= place < len(fits.GRADES):
+        return offer
+    costs = dict(zip(offer.labels, offer.costs, strict=True)) | {f"IT{fits.GRADES[place]}": math.nan}
+    try:
+        wider = _offer(dimension, costs, offer.anchor)
+        with_widths(tolerances, [wider], [wider.widths[0 if step < 0 else -1]])
+    except ValueError:
+        return offer
+    return wider
 
 
 def _basic_size(dimension: Dimension) -> float:
