@@ -494,6 +494,9 @@ def test_allocation_of_a_study_end_to_end(tmp_path, capsys):
     written = pd.read_csv(tmp_path / "out/dimensions.csv", index_col="dimension")
     assert written.loc["bearing_radius", "grade"] == result.dimensions.loc["bearing_radius", "grade"]
     assert len(pd.read_csv(tmp_path / "out/trade_off.csv")) == len(result.trade_off)
+    files = ("dimensions.csv", "trade_off.csv", "neighbours.csv", "cost_against_yield.png")
+    assert f"({', '.join(files)})" in printed.replace("\n", "")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(files)
     # Motions that took part in nothing: the winner's yield by the geometry alone.
     inputs = sample(result.tolerances, 200_000, sampling="random", seed=123)
     share = np.mean(tilt_angle(*(inputs[name].to_numpy() for name in inputs)) <= np.radians(24.4))

@@ -48,6 +48,11 @@ def _verdict(result: AllocationResult) -> str:
         f"{_percent(present.high)} with {100.0 * plan.confidence:.4g} % confidence.",
         *_unknown(present, "those motions"),
     ]
+    if confirmed.unknown > confirmed.failed:
+        sentences.append(
+            "Say with on_contact_loss what holds once contact is lost, or forbid it: contact_force_D_min and "
+            "contact_force_E_min >= 0."
+        )
     return "\n".join(sentences)
 
 

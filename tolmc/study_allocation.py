@@ -27,10 +27,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pandas as pd
+from matplotlib.figure import Figure
 from pydantic import BeforeValidator, Field
 from rich.console import Console
 
-from tolmc import fits, units
+from tolmc import fits, plots, units
 from tolmc.allocation import AllocationResult, Plan, allocate
 from tolmc.allocation_tables import allocation_tables
 from tolmc.study import MAX_SAMPLES, Study, StudyError, load_study
@@ -171,12 +172,12 @@ def _basic_size(dimension: Dimension) -> float:
 
 
 def allocate_study(path: str | Path, *, out: str | Path | None = None) -> AllocationResult:
-    """Allocate the tolerances of a study file, print the tables and write them as CSV.
+    """Allocate the tolerances of a study file, print the tables and write them, with a picture.
 
     Parameters
     ----------
     out : path
-        Directory of the CSV files; ``runs/<study name>_allocation`` when not given.
+        Directory of the files; ``runs/<study name>_allocation`` when not given.
 
     Raises
     ------
@@ -194,12 +195,14 @@ def allocate_study(path: str | Path, *, out: str | Path | None = None) -> Alloca
     console = Console()
     for table in allocation_tables(result, title=study.title):
         console.print(table)
-    console.print(f"Written: {write(result, out or Path('runs') / f'{study.name}_allocation')}")
+    directory = Path(out or Path("runs") / f"{study.name}_allocation")
+    files = write(result, directory, title=study.title)
+    console.print(f"Written: {directory} ({', '.join(files)})")
     return result
 
 
-def write(result: AllocationResult, directory: str | Path) -> Path:
-    """Write dimensions.csv, trade_off.csv and neighbours.csv (SI units)."""
+def write(result: AllocationResult, directory: str | Path, *, title: str) -> list[str]:
+    """Write the tables as CSV (SI units) and cost_against_yield.png; the names of the files."""
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
     tables: dict[str, pd.DataFrame] = {
@@ -209,4 +212,16 @@ def write(result: AllocationResult, directory: str | Path) -> Path:
     }
     for name, table in tables.items():
         table.to_csv(directory / f"{name}.csv", index=False)
-    return directory
+    plots.save(_picture(result, title), directory / "cost_against_yield.png")
+    return [*(f"{name}.csv" for name in tables), "cost_against_yield.png"]
+
+
+def _picture(result: AllocationResult, title: str) -> Figure:
+    out_ppm = (1e6 * (1.0 - share) for share in (result.predicted_yield, result.confirmed.low))
+    return plots.draw_cost_against_yield(
+        result.trade_off,
+        winner=(result.winner.cost, *out_ppm),
+        target_ppm=1e6 * (1.0 - result.plan.target_yield),
+        is_met=result.is_met,
+        title=title,
+    )
