@@ -180,20 +180,8 @@ def allocate(
     surrogate = _train(model, tolerances, specification, plan, training)
     search = Search(tolerances, specification, plan.choices, surrogate, points=_point_count(planned), seed=plan.seed)
     inspection = _Inspection(model, specification, loss_is_known)
-    refused: list[Allocation] = []
-    for attempt in range(1, MAX_ATTEMPTS + 1):
-        candidate = _candidate(search, planned, refused) if _can_show(plan, tolerances, attempt) else None
-        if candidate is None:
-            break
-        chosen = with_widths(tolerances, plan.choices, candidate.widths)
-        confirmed = inspection.yield_of(chosen, plan.samples, plan.seed + attempt, _confidence(plan, attempt))
-        refused.append(candidate)
-        if confirmed.low >= plan.target_yield:
-            break
-        planned = 1.0 - 0.5 * (1.0 - planned)
-    if not refused:
-        raise InputError(_nothing_found(search, plan, planned))
-    winner, glance = refused[-1], min(plan.samples, GLANCE)
+    winner, confirmed, attempts = _confirm(search, inspection, plan, planned)
+    chosen, glance = with_widths(tolerances, plan.choices, winner.widths), min(plan.samples, GLANCE)
     present = inspection.yield_of(tolerances, glance, plan.seed, 0.5 + 0.5 * plan.confidence)
     neighbours = _neighbours(search, plan, winner, inspection, glance)
     return AllocationResult(
@@ -204,12 +192,12 @@ def allocate(
         predicted_yield=search.fresh_yield(winner.widths),
         confirmed=confirmed,
         is_met=confirmed.low >= plan.target_yield,
-        attempts=len(refused),
+        attempts=attempts,
         present_yield=present,
         trade_off=_trade_off(search, plan),
         neighbours=neighbours,
         surrogate=surrogate,
-        motions=surrogate.motions + len(refused) * plan.samples + glance * (1 + int(neighbours["cost"].isna().sum())),
+        motions=surrogate.motions + attempts * plan.samples + glance * (1 + int(neighbours["cost"].isna().sum())),
     )
 
 
@@ -219,6 +207,26 @@ def _train(model: Model, tolerances: Tolerances, specification, plan: Plan, moti
         return fit(model, box, tuple(specification), motions=motions, seed=plan.seed)
     except ValueError as error:
         raise InputError(f"allocation: {error}") from None
+
+
+def _confirm(
+    search: Search, inspection: _Inspection, plan: Plan, planned: float
+) -> tuple[Allocation, MotionYield, int]:
+    """The first candidate that is confirmed, or else the last tried, with its yield and the number of confirming runs."""
+    tried: list[Allocation] = []
+    for attempt in range(1, MAX_ATTEMPTS + 1):
+        candidate = _candidate(search, planned, tried) if _can_show(plan, search.tolerances, attempt) else None
+        if candidate is None:
+            break
+        tried.append(candidate)
+        chosen = with_widths(search.tolerances, plan.choices, candidate.widths)
+        confirmed = inspection.yield_of(chosen, plan.samples, plan.seed + attempt, _confidence(plan, attempt))
+        if confirmed.low >= plan.target_yield:
+            break
+        planned = 1.0 - 0.5 * (1.0 - planned)
+    if not tried:
+        raise InputError(_nothing_found(search, plan, planned))
+    return tried[-1], confirmed, len(tried)
 
 
 def _candidate(search: Search, planned: float, refused: Sequence[Allocation]) -> Allocation | None:
