@@ -1,19 +1,27 @@
-from itertools import product
+from dataclasses import replace
+from io import StringIO
+from itertools import islice, product
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from click.testing import CliRunner
+from rich.console import Console
 from scipy.stats import norm
 from small_study import GEOMETRY, write
 
 from tolmc import fits, tilt_angle
-from tolmc.allocation import Curve, Grades, Plan, allocate, with_widths, zone
-from tolmc.distributions import Measured, Normal, Uniform
+from tolmc.allocation import Curve, Grades, Plan, _Inspection, _planned_yield, allocate, with_widths, zone
+from tolmc.allocation_tables import allocation_tables
+from tolmc.cli import main
+from tolmc.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
 from tolmc.errors import InputError
 from tolmc.intervals import binomial_interval
 from tolmc.study import StudyError, load_study
-from tolmc.study_allocation import allocate_study, read_plan
+from tolmc.study_allocation import _choice, allocate_study, read_plan
 from tolmc.tolerances import Dimension, Tolerances, sample
+from tolmc.zones import offered_box
 
 NAMES = ("alpha", "beta", "spin")
 SLOPES = np.array([3.0, 2.0, 1.0])
@@ -69,7 +77,7 @@ def test_grades_are_those_of_trying_all():
     cheapest = min(costs, key=costs.get)
     assert result.winner.labels == tuple(choice.labels[i] for choice, i in zip(GRADES, cheapest, strict=True))
     assert result.winner.cost == pytest.approx(costs[cheapest])
-    assert result.motions == 512 + 50_000
+    assert result.motions == 512 + 50_000 + 10_000
 
 
 def test_grades_and_free_widths_together():
@@ -102,7 +110,10 @@ def test_trade_off_and_neighbours():
     step = neighbours.loc[("spin", "coarser"), "to"] / neighbours.loc[("spin", "coarser"), "from"]
     assert step == pytest.approx(10**0.2)
     assert result.dimensions["cost"].sum() == pytest.approx(result.winner.cost)
-    assert result.present_yield == pytest.approx(exact_yield([0.2] * 3), abs=1e-3)
+    present = result.present_yield
+    assert (present.samples, present.unknown) == (10_000, 0)
+    assert present.value == pytest.approx(exact_yield([0.2] * 3), abs=4e-3)
+    assert present.high - present.low < 0.01
 
 
 def test_confirmation_is_clopper_pearson_on_motions_of_another_seed():
@@ -116,16 +127,149 @@ def test_confirmation_is_clopper_pearson_on_motions_of_another_seed():
     assert result.confirmed.low == pytest.approx(binomial_interval(good, plan.samples, confidence=0.95)[0])
 
 
-def test_failed_motions_count_as_bad():
-    def failing(inputs):
+def with_status(status, y=None):
+    """The linear model with a status, and another y if given, where alpha is above 0."""
+
+    def model(inputs):
         outputs = linear(inputs)
-        outputs.loc[inputs["alpha"] > 0.0, "status"] = "diverged"
+        half = inputs["alpha"] > 0.0
+        outputs.loc[half, "status"] = status
+        if y is not None:
+            outputs.loc[half, "y"] = y
         return outputs
 
+    return model
+
+
+def printed(result):
+    """The winner and the verdict; the tables after them are of named outputs."""
+    console = Console(record=True, width=400, file=StringIO())
+    for table in islice(allocation_tables(result, title="A study"), 2):
+        console.print(table)
+    return console.export_text()
+
+
+def test_failed_motions_count_as_bad_and_are_told():
+    failing = with_status("diverged", y=np.nan)
     result = allocate(TOLERANCES, SPECIFICATION, Plan(GRADES, 0.99, samples=2000, seed=5), failing)
-    assert not result.is_met
-    assert result.confirmed.value == pytest.approx(0.5, abs=0.05)
-    assert result.attempts > 1
+    confirmed = result.confirmed
+    assert not result.is_met and result.attempts > 1
+    assert confirmed.value == pytest.approx(0.5, abs=0.05)
+    assert confirmed.high > 0.99 and confirmed.unknown == confirmed.failed == pytest.approx(1000, abs=100)
+    assert result.surrogate.failed == 256
+    text = printed(result)
+    assert "the cheapest" not in text and "NOT SHOWN TO SUFFICE" in text
+    assert f"Of these motions {confirmed.failed:,} (" in text and "256 (50 %) of the training motions failed" in text
+
+
+def test_motions_that_lost_contact_are_known_only_when_the_study_says_so():
+    plan = Plan(GRADES, 0.99, samples=2000, seed=5)
+    lost = with_status("contact lost")
+    result = allocate(TOLERANCES, SPECIFICATION, plan, lost)
+    confirmed = result.confirmed
+    assert not result.is_met and confirmed.low < 0.55 and confirmed.high > 0.99
+    assert confirmed.unknown == confirmed.contact_lost == pytest.approx(1000, abs=100)
+    assert result.surrogate.contact_lost == 256
+    assert f"{confirmed.contact_lost:,} (" in printed(result)
+    known = allocate(TOLERANCES, SPECIFICATION, plan, lost, loss_is_known=True)
+    assert known.is_met and known.confirmed.unknown == 0 and known.confirmed.contact_lost > 0
+
+
+def test_a_limit_broken_before_contact_is_lost_is_known_to_be_broken():
+    inspection = _Inspection(with_status("contact lost", y=2.0 * LIMIT), SPECIFICATION, loss_is_known=False)
+    found = inspection.yield_of(TOLERANCES, 2000, 1, 0.95)
+    assert found.unknown == 0 and found.contact_lost > 900 and found.high < 0.55
+
+
+def test_choices_that_all_fail_are_the_last_tried():
+    lost = with_status("contact lost")
+    one = tuple(replace(choice, labels=("IT5",), widths=(0.05,), costs=(1.0,)) for choice in GRADES)
+    result = allocate(TOLERANCES, SPECIFICATION, Plan(one, 0.99, samples=2000), lost)
+    assert not result.is_met and result.attempts == 1 and result.winner.labels == ("IT5",) * 3
+
+
+def test_present_yield_is_that_of_motions_not_of_the_surrogate():
+    """Outside the zones on offer the output does what no polynomial from within could say."""
+
+    def kinked(inputs):
+        return pd.DataFrame({"y": np.where(inputs["alpha"].abs() > 0.05, 1.0, inputs["alpha"]), "status": "ok"})
+
+    wide = Tolerances((Dimension("alpha", 0.0, -0.1, 0.1, Uniform()),))
+    plan = Plan((Curve("alpha", 0.01, 0.05, 0.1, 1.0),), 0.99, samples=4000)
+    result = allocate(wide, {"y": {"max": 0.5}}, plan, kinked)
+    assert result.is_met
+    assert result.present_yield.value == pytest.approx(0.5, abs=0.03)
+    assert result.present_yield.low < 0.5 < result.present_yield.high
+    assert f"of {result.present_yield.samples:,} motions" in printed(result)
+
+
+def test_widest_zone_is_taken_where_it_is_best():
+    """A uniform zone from 0 to T: the share 1 - m/T above a minimum m rises with T."""
+    tolerances = Tolerances((Dimension("alpha", 0.1, 0.0, 0.2, Uniform()),))
+    choice = Curve("alpha", 0.01, 0.8, at=0.1, variable=1.0, anchor="lower")
+    result = allocate(tolerances, {"y": {"min": 0.005}}, Plan((choice,), 0.95, samples=20_000), first)
+    assert result.is_met and result.winner.widths == (0.8,)
+
+
+def test_widths_between_two_that_miss_are_found():
+    """With a maximum M as well, the share (M - m)/T falls again beyond T = M: the widest zone misses, too."""
+    tolerances = Tolerances((Dimension("alpha", 0.1, 0.0, 0.2, Uniform()),))
+    choice = Curve("alpha", 0.01, 0.8, at=0.1, variable=1.0, anchor="lower")
+    plan = Plan((choice,), 0.95, samples=20_000)
+    result = allocate(tolerances, {"y": {"min": 0.005, "max": 0.6}}, plan, first)
+    assert result.is_met
+    assert result.winner.widths[0] == pytest.approx(0.595 / _planned_yield(plan, tolerances), rel=2e-3)
+
+
+def first(inputs):
+    return pd.DataFrame({"y": inputs["alpha"], "status": "ok"})
+
+
+def test_choices_off_the_way_from_widest_to_narrowest_are_found():
+    """One dimension must be wide and the other narrow: no choice between the two extremes does."""
+
+    def model(inputs):
+        return pd.DataFrame({"y": inputs["alpha"], "z": inputs["beta"], "status": "ok"})
+
+    zones = tuple(Dimension(name, 0.05, 0.0, 0.1, Uniform()) for name in ("alpha", "beta"))
+    choices = tuple(Curve(name, 0.01, 1.0, at=0.1, variable=1.0, anchor="lower") for name in ("alpha", "beta"))
+    specification = {"y": {"min": 0.02}, "z": {"max": 0.02}}
+    result = allocate(Tolerances(zones), specification, Plan(choices, 0.95, samples=20_000), model)
+    wide, narrow = result.winner.widths
+    assert result.is_met and (1.0 - 0.02 / wide) * min(0.02 / narrow, 1.0) >= 0.95
+
+
+LOTS = Tolerances((TOLERANCES.dimensions[0], replace(TOLERANCES.dimensions[1], lot_share=0.5)), lot_size=50)
+
+
+def test_lots_ask_for_samples_before_anything_runs():
+    def no_motion(inputs):
+        raise AssertionError
+
+    with pytest.raises(InputError, match=r"4000 in lots of 50 cannot show.*give at least 18400,"):
+        allocate(LOTS, SPECIFICATION, Plan(GRADES[:2], 0.99, samples=4000), no_motion)
+
+
+def test_plans_count_what_lots_leave_independent():
+    plan = Plan(GRADES[:2], 0.99, samples=40_000)
+    single, half, whole = (
+        _planned_yield(plan, replace(LOTS, dimensions=(replace(LOTS.dimensions[1], lot_share=share),)))
+        for share in (0.0, 0.5, 1.0)
+    )
+    # One lot is worth 50/(1 + 49 share) independent parts.
+    assert single == pytest.approx(_planned_yield(plan, TOLERANCES))
+    alone = Tolerances((replace(LOTS.dimensions[1], lot_share=None),))
+    assert whole == pytest.approx(_planned_yield(replace(plan, samples=800), alone), abs=1e-9)
+    assert half == pytest.approx(_planned_yield(replace(plan, samples=round(40_000 / 25.5)), alone), abs=1e-6)
+    assert single < half < whole
+
+
+def test_lots_are_confirmed_with_the_planned_choice():
+    tolerances = Tolerances(
+        tuple(replace(dimension, lot_share=0.2) for dimension in TOLERANCES.dimensions), lot_size=10
+    )
+    result = allocate(tolerances, SPECIFICATION, Plan(GRADES, 0.99, samples=20_000, seed=1), linear)
+    assert result.is_met and result.attempts == 1
 
 
 @pytest.mark.parametrize(
@@ -152,6 +296,28 @@ def test_distribution_and_lots_keep_their_shape():
     dimension = narrow.dimensions[0]
     assert (dimension.lower, dimension.upper, dimension.sd) == pytest.approx((-0.3, 0.3, 0.1))
     assert dimension.between_lots == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize(
+    "distribution",
+    [
+        Triangular(),
+        Triangular(mode=0.2),
+        Normal(mean=0.8, cp=1.5),
+        Normal(mean=0.7, cpk=1.2, truncated=False),
+        Normal(mean="nominal"),
+        Normal(cp=1.5, cpk=1.0),
+        Beta(2.0, 5.0),
+        Uniform(),
+        Scipy("norm", {"loc": 0.4, "scale": 0.3}, truncated=True),
+    ],
+)
+@pytest.mark.parametrize("anchor", ["nominal", "lower", "upper", "middle"])
+def test_distributions_keep_their_shape_in_any_zone(distribution, anchor):
+    wide = Dimension("alpha", 0.9, 0.0, 1.0, distribution)
+    narrow = with_widths(Tolerances((wide,)), [Curve("alpha", 0.1, 1.0, 1.0, 1.0, anchor=anchor)], [0.1]).dimensions[0]
+    u = np.linspace(0.01, 0.99, 9)
+    assert (narrow.ppf(u) - narrow.lower) / 0.1 == pytest.approx(wide.ppf(u))
 
 
 @pytest.mark.parametrize("law", ["reciprocal", "reciprocal-square", "exponential"])
@@ -181,7 +347,7 @@ def test_cost_laws_and_their_inverses(law):
             "mass is no dimension of the study; allowed: alpha, beta",
         ),
         ({"plan": Plan(GRADES, 0.9999, samples=1000)}, r"samples = 1000 cannot show.*give at least \d{5}"),
-        ({"specification": {"y": {"max": 0.0}}}, r"narrowest one has 0\.\d+\. Offer narrower zones"),
+        ({"specification": {"y": {"max": 0.0}}}, r"narrowest one has 0\.\d+, the widest 0\.\d+\. Offer other zones"),
     ],
 )
 def test_errors_say_what_to_do(changes, message):
@@ -230,11 +396,57 @@ def test_plan_of_a_study_file(tmp_path):
     plan = read_plan(load_study(study_file(tmp_path)))
     bore, journal, length = plan.choices
     assert (plan.target_yield, plan.confidence, plan.samples, plan.seed) == (0.99, 0.95, 20000, 7)
-    assert bore.labels == ("IT8", "IT9", "IT10") and bore.costs == (6.0, 4.2, 3.1)
-    assert bore.widths == pytest.approx([0.5 * fits.it_grade(40, grade) for grade in (8, 9, 10)])
-    assert journal.labels == ("IT6", "IT7", "IT8", "IT9") and journal.anchor == "upper"
+    assert bore.labels == ("IT7", "IT8", "IT9", "IT10", "IT11") and bore.offered == (1, 2, 3)
+    assert bore.costs[1:4] == (6.0, 4.2, 3.1) and np.isnan(bore.costs[0]) and np.isnan(bore.costs[4])
+    assert bore.widths == pytest.approx([0.5 * fits.it_grade(40, grade) for grade in range(7, 12)])
+    assert (bore.narrowest, bore.widest) == (bore.widths[1], bore.widths[3])
+    assert journal.labels == ("IT5", "IT6", "IT7", "IT8", "IT9", "IT10") and journal.anchor == "upper"
     assert (length.narrowest, length.widest, length.at) == pytest.approx((1e-5, 4e-4, 1e-4))
     assert (length.fixed, length.variable, length.law) == (0.8, 1.2, "reciprocal")
+
+
+@pytest.mark.parametrize(
+    ("dimension", "grade", "micrometres"),
+    [
+        (Dimension.from_fit("50 H7/d9")[0], "IT7", 12.5),
+        (Dimension.from_tolerance_class("half_length", "80 h9"), "IT9", 37.0),
+        (Dimension.from_deviations("journal_radius", 0.025, -80e-6, -40e-6), "IT7", 12.5),
+    ],
+)
+def test_grades_are_those_of_the_basic_size_at_the_end_of_its_row(dimension, grade, micrometres):
+    study = SimpleNamespace(tolerances=Tolerances((dimension,)))
+    choice = _choice(study, dimension.name, {"grades": {grade: 1.0}})
+    assert choice.widths[1] == pytest.approx(micrometres * 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("size", "grade", "labels"),
+    [
+        ("40 H7", "IT18", ("IT17", "IT18")),
+        ("40 h7", "IT01", ("IT01", "IT0")),
+        ("40 K7", "IT8", ("IT7", "IT8")),  # the standard has no K9 here
+        ("2 js7", "IT17", ("IT16", "IT17", "IT18")),
+    ],
+)
+def test_grades_beside_the_offer_are_those_of_the_standard(size, grade, labels):
+    study = SimpleNamespace(tolerances=Tolerances((Dimension.from_tolerance_class("bearing_radius", size),)))
+    assert _choice(study, "bearing_radius", {"grades": {grade: 1.0}}).labels == labels
+
+
+def test_a_grade_beside_the_offer_shows_its_yield_by_true_motions():
+    """Where the surrogate was not trained the output jumps; the cheapest choice is the coarsest on offer."""
+
+    def kinked(inputs):
+        return pd.DataFrame({"y": np.where(inputs["alpha"].abs() > 0.05, 1.0, 0.0), "status": "ok"})
+
+    wide = Tolerances((Dimension("alpha", 0.0, -0.1, 0.1, Uniform()),))
+    choice = Grades("alpha", ("IT5", "IT6", "IT7"), (0.05, 0.1, 0.2), (2.0, 1.0, np.nan))
+    result = allocate(wide, {"y": {"max": 0.5}}, Plan((choice,), 0.99, samples=4000), kinked)
+    assert result.winner.labels == ("IT6",)
+    coarser = result.neighbours.set_index("direction").loc["coarser"]
+    assert coarser["to"] == "IT7" and np.isnan(coarser["cost"]) and np.isnan(coarser["cost_change"])
+    assert coarser["predicted_yield"] == pytest.approx(0.5, abs=0.03)
+    assert result.motions == 512 + 3 * 4000
 
 
 @pytest.mark.parametrize(
@@ -275,18 +487,97 @@ def test_allocation_of_a_study_end_to_end(tmp_path, capsys):
     for words in (
         "the cheapest tolerances",
         "Cost against yield",
-        "One grade up or down",
+        "One grade up or down (–: not on offer; yield of 10,000 motions)",
         "which reaches the required 99.0000 %",
     ):
         assert words in printed
     written = pd.read_csv(tmp_path / "out/dimensions.csv", index_col="dimension")
     assert written.loc["bearing_radius", "grade"] == result.dimensions.loc["bearing_radius", "grade"]
     assert len(pd.read_csv(tmp_path / "out/trade_off.csv")) == len(result.trade_off)
+    files = ("dimensions.csv", "trade_off.csv", "neighbours.csv", "cost_against_yield.png")
+    assert f"({', '.join(files)})" in printed.replace("\n", "")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(files)
     # Motions that took part in nothing: the winner's yield by the geometry alone.
     inputs = sample(result.tolerances, 200_000, sampling="random", seed=123)
     share = np.mean(tilt_angle(*(inputs[name].to_numpy() for name in inputs)) <= np.radians(24.4))
     assert share == pytest.approx(result.predicted_yield, abs=1.5e-3)
     assert share >= 0.99
+
+
+ISO = (
+    ('bearing_radius = { nominal = "20 mm", tolerance = "0.05 mm" }', 'fit = "40 H7/d9"'),
+    ('journal_radius = { nominal = "10 mm", tolerance = ["-0.03 mm", "0 mm"] }\n', ""),
+    ('nominal = "20 mm", tolerance = "0.1 mm", distribution = "uniform"', 'diameter = "40 js9"'),
+)
+
+
+@pytest.mark.parametrize(
+    ("anchor", "bore", "length"),
+    [
+        ("", (20.0, 20.031), (20.0 - 0.05, 20.0 + 0.05)),
+        (', anchor = "middle"', (20.00625 - 0.0155, 20.00625 + 0.0155), (20.0 - 0.05, 20.0 + 0.05)),
+        (', anchor = "upper"', (20.0125 - 0.031, 20.0125), (20.0155 - 0.1, 20.0155)),
+    ],
+)
+def test_zones_of_a_fit_keep_their_letters(tmp_path, anchor, bore, length):
+    text = f"""[allocation.dimensions]
+bearing_radius = {{ grades = {{ IT9 = 1.0, IT7 = 2.0 }}{anchor} }}
+half_length = {{ narrowest = "0.01 mm", widest = "0.4 mm", cost = {{ variable = 1, at = "0.1 mm" }}{anchor} }}
+
+[specification]"""
+    study = load_study(write(tmp_path, *ISO, ("[specification]", text)))
+    chosen = with_widths(study.tolerances, read_plan(study).choices, [31e-6, 100e-6]).dimensions
+    found = {d.name: (1e3 * d.lower, 1e3 * d.upper) for d in chosen}
+    assert found["bearing_radius"] == pytest.approx(bore, abs=1e-9)
+    assert found["half_length"] == pytest.approx(length, abs=1e-9)
+    assert found["journal_radius"] == pytest.approx((19.929, 19.96))
+    assert chosen[0].toleranced_size == (None if anchor else "40 H9")
+
+
+@pytest.mark.parametrize(
+    ("size", "limits"),
+    [("40 d9", (-0.04 - 0.1, -0.04)), ("40 h6", (-0.1, 0.0)), ("40 D9", (0.04, 0.14)), ("40 JS7", (-0.05, 0.05))],
+)
+def test_free_zones_of_a_class_hold_its_fundamental_deviation(size, limits):
+    dimension = Dimension.from_tolerance_class("bearing_radius", size)
+    assert [1e3 * limit - 20.0 for limit in zone(dimension, 0.1e-3)] == pytest.approx(limits)
+
+
+def test_training_covers_zones_that_lie_beside_each_other():
+    """ES of P6 is -21 um at 40 mm, that of P8 -26 um: the wider zone does not hold the narrower one."""
+    dimension = Dimension.from_tolerance_class("bearing_radius", "40 P7", distribution=Uniform())
+    sizes = ("40 P6", "40 P8")
+    widths = tuple(0.5 * fits.it_grade(40, grade) for grade in (6, 8))
+    choice = Grades("bearing_radius", ("IT6", "IT8"), widths, (2.0, 1.0), toleranced_sizes=sizes)
+    low, high = offered_box(Tolerances((dimension,)), [choice])["bearing_radius"]
+    assert (low, high) == pytest.approx((0.02 - 32.5e-6, 0.02 - 10.5e-6), abs=1e-9)
+
+
+def test_zones_that_no_dimension_can_have_are_told(tmp_path):
+    study = study_file(tmp_path, ('widest = "0.4 mm"', 'widest = "50 mm"'))
+    with pytest.raises(InputError, match=r"half_length: nominal = 0\.02, limits -0\.00.*allowed: > 0"):
+        allocate_study(study, out=tmp_path)
+
+
+def test_command_ends_with_a_code_when_the_requirement_is_not_shown(tmp_path):
+    falling = (("gravity = [0, -9.81, 0]", "gravity = [0, 9.81, 0]"), ("24.4 deg", "26 deg"))
+    text = """[allocation]
+target_yield = 0.9
+samples = 200
+
+[allocation.dimensions]
+bearing_radius = { grades = { IT7 = 1.0 } }
+
+[specification]"""
+    study = write(tmp_path, *falling, ("[specification]", text), ('max = "4.5 N"', 'max = "50 N"'))
+    done = CliRunner().invoke(main, ["allocate", str(study), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 3, done.output
+    assert "NOT SHOWN TO SUFFICE" in done.output and "200 (100 %) lost" in done.output
+    meant = write(tmp_path, *falling, ("[specification]", text), ('max = "4.5 N"', 'max = "50 N"'),
+                  ("[monte_carlo]", '[monte_carlo]\non_contact_loss = "continue"'), name="meant.toml")  # fmt: skip
+    done = CliRunner().invoke(main, ["allocate", str(meant), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    assert "the cheapest tolerances" in done.output
 
 
 def test_uniform_zones_narrow_too():

@@ -204,6 +204,25 @@ def test_interference_has_negative_clearance():
     assert fits.fit("25 H7/p6").clearance == pytest.approx((-35e-6, -1e-6), rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("designation", "coarser", "held", "deviations"),
+    [
+        ("40 H7", "40 H9", "lower", (0, 62)),
+        ("40 D7", "40 D9", "lower", (80, 142)),
+        ("40 d7", "40 d9", "upper", (-142, -80)),
+        ("40 js7", "40 js9", "middle", (-31, 31)),
+        ("40 JS7", "40 JS9", "middle", (-31, 31)),
+        ("40 p7", "40 p9", "lower", (26, 88)),
+        ("40 N8", "40 N9", "upper", (-62, 0)),
+    ],
+)
+def test_another_grade_keeps_the_letter(designation, coarser, held, deviations):
+    assert fits.with_grade(designation, "IT9") == coarser
+    assert fits.held_limit(designation) == held
+    size, lower, upper = fits.size_limits(coarser)
+    assert (1e6 * (lower - size), 1e6 * (upper - size)) == pytest.approx(deviations)
+
+
 def test_size_limits():
     assert fits.size_limits("40 d9") == pytest.approx((0.04, 0.039858, 0.03992), rel=1e-15)
 

@@ -169,3 +169,18 @@ def test_drawing_leaves_no_state_behind():
     before = dict(matplotlib.rcParams)
     distributions(pd.DataFrame({"tilt_angle": [0.1, 0.2]}))
     assert dict(matplotlib.rcParams) == before
+
+
+@pytest.mark.parametrize(("is_met", "word"), [(True, "chosen"), (False, "not shown to suffice")])
+def test_cost_against_yield_marks_the_winner(is_met, word):
+    trade_off = pd.DataFrame(
+        {"required_yield": [0.9, 0.99, 0.9999], "cost": [1.0, 2.0, 4.0], "out_ppm": [9e4, 8e3, 0.0]}
+    )
+    figure = plots.draw_cost_against_yield(
+        trade_off, winner=(2.5, 5e3, 9e3), target_ppm=1e4, is_met=is_met, title="A study"
+    )
+    lines = {line.get_label(): line.get_xydata().tolist() for line in figure.axes[0].get_lines()}
+    assert lines["cheapest, predicted"] == [[0.0, 4.0], [8e3, 2.0], [9e4, 1.0]]
+    assert lines[word] == [[5e3, 2.5]]
+    assert lines["its confidence limit"] == [[5e3, 2.5], [9e3, 2.5]]
+    assert "allowed 10,000 ppm" in [text.get_text() for text in figure.axes[0].texts]

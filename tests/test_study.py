@@ -107,11 +107,13 @@ def test_fit_gives_both_radii_their_limits(tmp_path):
     assert (journal.lower, journal.upper) == pytest.approx((19.929e-3, 19.96e-3))
     assert study.scene.joint.bearing_radius == pytest.approx(20.00625e-3)
     assert journal.distribution == Normal(1.33)
+    assert (bearing.toleranced_size, journal.toleranced_size) == ("40 H7", "40 d9")
 
 
 def test_a_class_of_the_diameter_gives_a_radius_its_limits(tmp_path):
     study = load_study(write(tmp_path, ('nominal = "20 mm", tolerance = "0.05 mm"', 'diameter = "40 H7"')))
-    assert (dimension(study, "bearing_radius").upper) == pytest.approx(20.0125e-3)
+    bearing = dimension(study, "bearing_radius")
+    assert (bearing.upper, bearing.toleranced_size) == (pytest.approx(20.0125e-3), "40 H7")
 
 
 def test_any_other_scalar_may_vary_around_its_own_nominal(tmp_path):

@@ -536,6 +536,7 @@ def test_fit_gives_both_radii():
     assert (journal.lower, journal.upper) == pytest.approx((19.929e-3, 19.96e-3), rel=1e-14)
     assert bearing.nominal == pytest.approx(20.00625e-3, rel=1e-14)
     assert journal == Dimension.from_tolerance_class("journal_radius", "40 d9", distribution=Triangular())
+    assert (bearing.toleranced_size, journal.toleranced_size) == ("40 H7", "40 d9")
     assert sample(Tolerances([bearing, journal]), 9, sampling="random", seed=0).shape == (9, 2)
 
 
@@ -577,6 +578,10 @@ def test_limits_can_be_replaced():
         (lambda: Dimension("mass", 1.0, 0.9, 1.1, lot_sd=0.2), ["mass", "lot_sd = 0.2", "0 to 0.03"]),
         (lambda: Dimension("mass", 1.0, 0.9, 1.1, lot_sd=0.01, lot_share=0.1), ["mass", "leave one out"]),
         (lambda: Dimension.from_tolerance_class("mass", "40 H7"), ["mass", "40 H7", "half_length"]),
+        (
+            lambda: replace(Dimension.from_tolerance_class("journal_radius", "40 d9"), upper=20e-3),
+            ["journal_radius", "'40 d9'", "0.01996", "Leave toleranced_size out"],
+        ),
         (lambda: Normal(cp=0), ["cp = 0", "> 0"]),
         (lambda: Normal(cp=1.0, cpk=1.2), ["cpk = 1.2", "cp = 1.0"]),
         (lambda: Normal(cp=1.0, cpk=0.9, mean=1.0), ["leave one out"]),

@@ -5,11 +5,12 @@ For each dimension the designer offers widths T of its tolerance zone and what t
 
     minimise sum_j c_j(T_j)   subject to   P(all outputs within specification | T) >= yield
 
-A surrogate over the box of the widest zones stands for the motions (:mod:`tolmc.surrogate`), and the same quasi-random points
-serve every choice of widths (common random numbers), so that two choices differ by their widths alone. Combinations of
-grades are tried from the cheapest up until no cheaper one is left: the first that reaches the yield is the optimum,
+A surrogate over the box of all zones on offer stands for the motions (:mod:`tolmc.surrogate`), and the same quasi-random
+points serve every choice of widths (common random numbers), so that two choices differ by their widths alone. Combinations
+of grades are tried from the cheapest up until no cheaper one is left: the first that reaches the yield is the optimum,
 whatever the outputs do. Widths that are free are found by sequential quadratic programming for each combination, with the
-yield written as "the worst requirement's margin has its yield-quantile at zero or below", which is smooth where a count is not.
+yield written as "the worst requirement's margin has its yield-quantile at zero or below", which is smooth where a count is
+not. Predicted yields are of the motions that succeed; how many of the training ones did not is part of the result.
 
 The winner is confirmed by true, independent motions; what counts is the lower confidence limit of their yield.
 """
@@ -17,78 +18,35 @@ The winner is confirmed by true, independent motions; what counts is the lower c
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, replace
-from functools import cached_property
-from itertools import product
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import Bounds, minimize
 
+from tolmc.allocation_search import MAX_POINTS, Allocation, Search
 from tolmc.errors import InputError
-from tolmc.intervals import Estimate, Rows, binomial_interval
-from tolmc.sampling import SCRAMBLINGS
-from tolmc.statistics import out_of_specification
-from tolmc.surrogate import Model, Surrogate, fit, training_box
-from tolmc.tolerances import Dimension, Tolerances, from_unit, sample, unit_points
+from tolmc.intervals import Rows, binomial_interval
+from tolmc.statistics import contact_lost, failed, out_of_specification
+from tolmc.surrogate import Model, Surrogate, fit
+from tolmc.tolerances import Tolerances, sample
+from tolmc.zones import ANCHORS, LAWS, Curve, Grades, offered_box, with_widths, zone
 
-ANCHORS = ("nominal", "lower", "upper", "middle")
-#: Laws of the variable cost, 1 at x = T/at = 1 and falling, each with its inverse.
-LAWS = {
-    "reciprocal": (lambda x: 1.0 / x, lambda y: 1.0 / y),
-    "reciprocal-square": (lambda x: x**-2.0, lambda y: y**-0.5),
-    "exponential": (lambda x: math.exp(1.0 - x), lambda y: 1.0 - math.log(y)),
-}
+__all__ = [
+    "ANCHORS", "LAWS", "Allocation", "AllocationResult", "Curve", "Grades", "MotionYield", "Plan", "allocate",
+    "with_widths", "zone",
+]  # fmt: skip
+
 TRAINING = 512
 MAX_COMBINATIONS = 200_000
 MAX_ATTEMPTS = 5
+#: Motions that answer for tolerances which are not confirmed: the study's own, and grades beside those on offer.
+GLANCE = 10_000
 #: Yields of the trade-off, beside the one required.
 LADDER = (0.9, 0.95, 0.99, 0.9973, 0.999, 0.9999)
 #: One ISO 286 grade widens a zone by about this factor (R5 series); the step for widths that are free.
 GRADE_STEP = 10.0 ** (1.0 / 5.0)
-_MIN_POINTS, _MAX_POINTS = 2**14, 2**18
-_DIFFERENCE = 1e-4  # relative, of a width
-
-
-@dataclass(frozen=True)
-class Grades:
-    """Widths to choose from, narrowest first, with the cost of a piece at each.
-
-    ``anchor`` says which point of the zone stays where it is (see :func:`zone`).
-    """
-
-    name: str
-    labels: tuple[str, ...]
-    widths: tuple[float, ...]
-    costs: tuple[float, ...]
-    anchor: str = "nominal"
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A range of widths with the cost fixed + variable * law(T/at), which falls as the zone widens."""
-
-    name: str
-    narrowest: float
-    widest: float
-    at: float
-    variable: float
-    fixed: float = 0.0
-    law: str = "reciprocal"
-    anchor: str = "nominal"
-
-    def cost(self, width: float) -> float:
-        """Cost of a piece with a zone of this width (m, or the dimension's unit)."""
-        return self.fixed + self.variable * LAWS[self.law][0](width / self.at)
-
-    def narrowest_below(self, cost: float) -> float:
-        """The narrowest width on offer that costs no more; infinite when none does."""
-        if self.cost(self.widest) > cost:
-            return math.inf
-        if self.cost(self.narrowest) <= cost:
-            return self.narrowest
-        return self.at * LAWS[self.law][1]((cost - self.fixed) / self.variable)
+_MIN_POINTS = 2**14
 
 
 @dataclass(frozen=True)
@@ -115,12 +73,29 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Allocation:
-    """A width for every choice, in their order, its label (a grade, or empty for a free width), and the cost of all."""
+class MotionYield:
+    """Yield of true, independent motions.
 
-    widths: tuple[float, ...]
-    labels: tuple[str, ...]
-    cost: float
+    A motion is not known when it failed, or when its journal left the wall before a limit was broken and nothing says
+    what holds then. It counts as out of specification in ``value`` and ``low``, as within it in ``high``.
+
+    Attributes
+    ----------
+    value : float
+        Share known to be within specification.
+    low, high : float
+        One-sided confidence limits of the yield.
+    samples, unknown, failed, contact_lost : int
+        Motions, and how many of them were not known, failed, lost contact.
+    """
+
+    value: float
+    low: float
+    high: float
+    samples: int
+    unknown: int
+    failed: int
+    contact_lost: int
 
 
 @dataclass(frozen=True)
@@ -130,28 +105,30 @@ class AllocationResult:
     Attributes
     ----------
     winner : Allocation
+        When not ``is_met``, the choice that was confirmed last.
     tolerances : Tolerances
         With the winner's limits.
     dimensions : DataFrame
-        A row a choice: grade, width, lower, upper (SI), cost.
+        A row a choice: grade, toleranced_size (empty: none), width, lower, upper (SI), cost.
     predicted_yield : float
         By the surrogate.
-    confirmed : Estimate
+    confirmed : MotionYield
         Yield of the independent true motions; ``low`` is its one-sided lower limit at ``confidence``.
     is_met : bool
         Whether that limit reaches the target.
     attempts : int
         Confirming runs; each failure sends the search to a safer choice, and the levels of all add up to the stated one.
-    present_yield : float
-        Predicted for the study's own tolerances.
+    present_yield : MotionYield
+        Of the study's own tolerances, by at most :data:`GLANCE` motions; ``low`` and ``high`` hold it with ``confidence``.
     trade_off : DataFrame
         The cheapest choice for each yield: ``required_yield``, ``cost``, ``predicted_yield``, widths by dimension.
     neighbours : DataFrame
-        Each choice one grade finer and coarser, the others kept: ``cost``, ``cost_change``, ``predicted_yield``, ``out_ppm``.
-    surrogate : DataFrame
-        Degree and held-out error of each output.
+        Each choice one grade finer and coarser, the others kept: ``cost``, ``cost_change`` (NaN: not on offer),
+        ``predicted_yield`` (of grades not on offer, by :data:`GLANCE` true motions), ``out_ppm``.
+    surrogate : Surrogate
+        With its training motions, and how many of them failed or lost contact.
     motions : int
-        True motions spent on training and confirming.
+        True motions spent.
     """
 
     plan: Plan
@@ -159,49 +136,14 @@ class AllocationResult:
     tolerances: Tolerances
     dimensions: pd.DataFrame
     predicted_yield: float
-    confirmed: Estimate
+    confirmed: MotionYield
     is_met: bool
     attempts: int
-    present_yield: float
+    present_yield: MotionYield
     trade_off: pd.DataFrame
     neighbours: pd.DataFrame
-    surrogate: pd.DataFrame
+    surrogate: Surrogate
     motions: int
-
-
-def zone(dimension: Dimension, width: float, anchor: str = "nominal") -> tuple[float, float]:
-    """Limits of a zone of another width; one point of it stays.
-
-    ``"nominal"`` keeps the nominal size at the same share of the zone, or the limit next to it where the nominal lies
-    outside (h, H: the zero line; d: the fundamental deviation); ``"lower"``, ``"upper"``, ``"middle"`` keep these.
-    """
-    present = dimension.upper - dimension.lower
-    if present == 0.0 and anchor == "nominal":
-        anchor = "middle"
-    share = {"lower": 0.0, "upper": 1.0, "middle": 0.5}.get(anchor)
-    if share is None:
-        share = min(max((dimension.nominal - dimension.lower) / present, 0.0), 1.0)
-    fixed = dimension.lower + share * present
-    return fixed - share * width, fixed + (1.0 - share) * width
-
-
-def with_widths(tolerances: Tolerances, choices: Sequence[Grades | Curve], widths: Sequence[float]) -> Tolerances:
-    """The tolerances with the chosen widths; distributions keep their shape within the new limits."""
-    chosen = {choice.name: (width, choice.anchor) for choice, width in zip(choices, widths, strict=True)}
-    dimensions = []
-    for dimension in tolerances.dimensions:
-        if dimension.name in chosen:
-            lower, upper = zone(dimension, *chosen[dimension.name])
-            # The share of the variance between lots is kept, not its amount, which might not fit into a narrow zone.
-            lots = {"lot_sd": None, "lot_share": dimension.between_lots} if dimension.lot_sd is not None else {}
-            dimension = replace(dimension, lower=lower, upper=upper, **lots)
-        dimensions.append(dimension)
-    return replace(tolerances, dimensions=tuple(dimensions))
-
-
-def widest_widths(choices: Sequence[Grades | Curve]) -> list[float]:
-    """The widest zone that each choice offers; all others lie within it."""
-    return [_range(choice)[1] for choice in choices]
 
 
 def allocate(
@@ -211,6 +153,7 @@ def allocate(
     model: Model,
     *,
     training: int = TRAINING,
+    loss_is_known: bool = False,
 ) -> AllocationResult:
     """Find the cheapest tolerances and confirm them.
 
@@ -224,6 +167,8 @@ def allocate(
         Inputs to outputs, by true motions.
     training : int
         Motions that train the surrogate.
+    loss_is_known : bool
+        Whether the outputs of a motion that lost contact are what counts, rather than ending at the loss.
 
     Raises
     ------
@@ -231,21 +176,14 @@ def allocate(
         When the plan, the specification or the sizes of the runs cannot serve, and when no choice reaches the yield.
     """
     _check(tolerances, specification, plan)
-    planned = _planned_yield(plan)
-    widest = with_widths(tolerances, plan.choices, widest_widths(plan.choices))
-    surrogate = fit(model, training_box(widest), tuple(specification), motions=training, seed=plan.seed)
-    search = _Search(tolerances, specification, plan, surrogate, _point_count(planned))
-    refused: set[Allocation] = set()
-    for attempt in range(1, MAX_ATTEMPTS + 1):
-        winner = _candidate(search, planned, refused)
-        if winner is None:
-            raise InputError(_nothing_found(search, plan, planned))
-        chosen = with_widths(tolerances, plan.choices, winner.widths)
-        confirmed = _confirm(model, chosen, specification, plan, attempt)
-        if confirmed.low >= plan.target_yield:
-            break
-        refused.add(winner)
-        planned = 1.0 - 0.5 * (1.0 - planned)
+    planned = _planned_yield(plan, tolerances)
+    surrogate = _train(model, tolerances, specification, plan, training)
+    search = Search(tolerances, specification, plan.choices, surrogate, points=_point_count(planned), seed=plan.seed)
+    inspection = _Inspection(model, specification, loss_is_known)
+    winner, confirmed, attempts = _confirm(search, inspection, plan, planned)
+    chosen, glance = with_widths(tolerances, plan.choices, winner.widths), min(plan.samples, GLANCE)
+    present = inspection.yield_of(tolerances, glance, plan.seed, 0.5 + 0.5 * plan.confidence)
+    neighbours = _neighbours(search, plan, winner, inspection, glance)
     return AllocationResult(
         plan=plan,
         winner=winner,
@@ -254,16 +192,44 @@ def allocate(
         predicted_yield=search.fresh_yield(winner.widths),
         confirmed=confirmed,
         is_met=confirmed.low >= plan.target_yield,
-        attempts=attempt,
-        present_yield=search.present_yield,
+        attempts=attempts,
+        present_yield=present,
         trade_off=_trade_off(search, plan),
-        neighbours=_neighbours(search, plan, winner),
-        surrogate=surrogate.describe(),
-        motions=surrogate.motions + attempt * plan.samples,
+        neighbours=neighbours,
+        surrogate=surrogate,
+        motions=surrogate.motions + attempts * plan.samples + glance * (1 + int(neighbours["cost"].isna().sum())),
     )
 
 
-def _candidate(search: _Search, planned: float, refused: Set[Allocation]) -> Allocation | None:
+def _train(model: Model, tolerances: Tolerances, specification, plan: Plan, motions: int) -> Surrogate:
+    box = offered_box(tolerances, plan.choices)
+    try:
+        return fit(model, box, tuple(specification), motions=motions, seed=plan.seed)
+    except ValueError as error:
+        raise InputError(f"allocation: {error}") from None
+
+
+def _confirm(
+    search: Search, inspection: _Inspection, plan: Plan, planned: float
+) -> tuple[Allocation, MotionYield, int]:
+    """The first candidate that is confirmed, or else the last tried, with its yield and the number of confirming runs."""
+    tried: list[Allocation] = []
+    for attempt in range(1, MAX_ATTEMPTS + 1):
+        candidate = _candidate(search, planned, tried) if _can_show(plan, search.tolerances, attempt) else None
+        if candidate is None:
+            break
+        tried.append(candidate)
+        chosen = with_widths(search.tolerances, plan.choices, candidate.widths)
+        confirmed = inspection.yield_of(chosen, plan.samples, plan.seed + attempt, _confidence(plan, attempt))
+        if confirmed.low >= plan.target_yield:
+            break
+        planned = 1.0 - 0.5 * (1.0 - planned)
+    if not tried:
+        raise InputError(_nothing_found(search, plan, planned))
+    return tried[-1], confirmed, len(tried)
+
+
+def _candidate(search: Search, planned: float, refused: Sequence[Allocation]) -> Allocation | None:
     """The cheapest choice with the planned yield, judged by points that it was not chosen on."""
     required = planned
     for _ in range(4):
@@ -285,7 +251,7 @@ def _check(tolerances: Tolerances, specification, plan: Plan) -> None:
         )
     if not plan.choices:
         raise InputError("allocation: no dimension has a choice; give at least one grades or a cost function.")
-    combinations = math.prod(len(choice.widths) for choice in plan.choices if isinstance(choice, Grades))
+    combinations = math.prod(len(choice.offered) for choice in plan.choices if isinstance(choice, Grades))
     if combinations > MAX_COMBINATIONS:
         raise InputError(
             f"allocation: the grades make {combinations} combinations; allowed: {MAX_COMBINATIONS}. Offer fewer grades."
@@ -301,26 +267,35 @@ def _check(tolerances: Tolerances, specification, plan: Plan) -> None:
             )
 
 
-def _range(choice: Grades | Curve) -> tuple[float, float]:
-    return (choice.widths[0], choice.widths[-1]) if isinstance(choice, Grades) else (choice.narrowest, choice.widest)
-
-
-def _planned_yield(plan: Plan) -> float:
+def _planned_yield(plan: Plan, tolerances: Tolerances) -> float:
     """The least true yield whose confirming run passes in 39 of 40 cases."""
-    low, high = plan.target_yield, 1.0
-    confidence = _confidence(plan, 1)
-    if _lower_limit(plan.samples, plan.samples, confidence) < plan.target_yield:
-        needed = math.ceil(math.log(1.0 - confidence) / math.log(plan.target_yield))
+    confidence, lot_size = _confidence(plan, 1), tolerances.lot_size or 1
+    if not _can_show(plan, tolerances, 1):
+        lots = "" if lot_size == 1 else f" in lots of {lot_size}"
         raise InputError(
-            f"allocation: samples = {plan.samples} cannot show a yield of {plan.target_yield} at the confidence "
-            f"{plan.confidence}, even if all are good; give at least {needed}, ten times that to leave a choice."
+            f"allocation: samples = {plan.samples}{lots} cannot show a yield of {plan.target_yield} at the confidence "
+            f"{plan.confidence}, even if all are good; give at least {_least_units(plan, 1) * lot_size}, ten times that "
+            "to leave a choice."
         )
+    # Parts of a lot fail together with a correlation of at most that of anything they have in common.
+    units = plan.samples / (1.0 + (lot_size - 1) * tolerances.lot_correlation)
+    low, high = plan.target_yield, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        spread = math.sqrt(plan.samples * middle * (1.0 - middle))
-        passes = _lower_limit(plan.samples * middle - 1.96 * spread, plan.samples, confidence) >= plan.target_yield
+        spread = math.sqrt(units * middle * (1.0 - middle))
+        passes = _lower_limit(units * middle - 1.96 * spread, units, confidence) >= plan.target_yield
         low, high = (low, middle) if passes else (middle, high)
     return high
+
+
+def _can_show(plan: Plan, tolerances: Tolerances, attempt: int) -> bool:
+    """Whether a confirming run can pass at all: the parts of a lot may all be good together, so each lot counts once."""
+    return math.ceil(plan.samples / (tolerances.lot_size or 1)) >= _least_units(plan, attempt)
+
+
+def _least_units(plan: Plan, attempt: int) -> int:
+    """Independent units that show the yield when all are good."""
+    return math.ceil(math.log(1.0 - _confidence(plan, attempt)) / math.log(plan.target_yield))
 
 
 def _confidence(plan: Plan, attempt: int) -> float:
@@ -328,7 +303,7 @@ def _confidence(plan: Plan, attempt: int) -> float:
     return 1.0 - (1.0 - plan.confidence) / 2.0**attempt
 
 
-def _lower_limit(good: float, count: int, confidence: float) -> float:
+def _lower_limit(good: float, count: float, confidence: float) -> float:
     """One-sided Clopper-Pearson limit."""
     return binomial_interval(min(max(good, 0.0), count), count, confidence=2.0 * confidence - 1.0)[0]
 
@@ -336,200 +311,41 @@ def _lower_limit(good: float, count: int, confidence: float) -> float:
 def _point_count(planned: float) -> int:
     """Points that hold some hundred failures at the planned yield."""
     wanted = 200.0 / max(1.0 - planned, 1e-12)
-    return int(min(max(2 ** math.ceil(math.log2(wanted)), _MIN_POINTS), _MAX_POINTS))
+    return int(min(max(2 ** math.ceil(math.log2(wanted)), _MIN_POINTS), MAX_POINTS))
 
 
-class _Search:
-    """Yields by the surrogate on common points, and the cheapest choice for a yield."""
+@dataclass(frozen=True)
+class _Inspection:
+    """True motions of tolerances, held against the specification."""
 
-    def __init__(self, tolerances, specification, plan: Plan, surrogate: Surrogate, points: int) -> None:
-        self.tolerances = tolerances
-        self.specification = specification
-        self.plan = plan
-        self.surrogate = surrogate
-        widest = with_widths(tolerances, plan.choices, widest_widths(plan.choices))
-        self.points = unit_points(widest, points, sampling="sobol", seed=plan.seed)
-        self._yields: dict[tuple[float, ...], float] = {}
+    model: Model
+    specification: Mapping[str, Mapping[str, float | None]]
+    loss_is_known: bool
 
-    def margins(self, widths: Sequence[float], rows: slice | np.ndarray = slice(None)) -> np.ndarray:
-        """Worst requirement's margin at every point, in spreads of its output; positive: out of specification."""
-        tolerances = with_widths(self.tolerances, self.plan.choices, widths)
-        return self._margins(from_unit(tolerances, self.points[rows]))
-
-    def _margins(self, inputs: pd.DataFrame) -> np.ndarray:
-        outputs = self.surrogate(inputs)
-        worst = np.full(len(inputs), -np.inf)
-        for name, limits in self.specification.items():
-            values, spread = outputs[name].to_numpy(), self.surrogate.spread[name] or 1.0
-            for sign, limit in ((1.0, limits.get("max")), (-1.0, limits.get("min"))):
-                if limit is not None:
-                    np.maximum(worst, sign * (values - limit) / spread, out=worst)
-        return worst
-
-    def yield_of(self, widths: Sequence[float]) -> float:
-        widths = tuple(widths)
-        if widths not in self._yields:
-            self._yields[widths] = float(np.mean(self.margins(widths) <= 0.0))
-        return self._yields[widths]
-
-    def fresh_yield(self, widths: Sequence[float]) -> float:
-        """Yield at points on which nothing was chosen: free of the optimum's selection for its own points."""
-        return self._yield_at(with_widths(self.tolerances, self.plan.choices, widths))
-
-    @property
-    def present_yield(self) -> float:
-        """Yield of the tolerances as they are."""
-        return self._yield_at(self.tolerances)
-
-    def _yield_at(self, tolerances: Tolerances) -> float:
-        points = unit_points(tolerances, _MAX_POINTS, sampling="sobol", seed=self.plan.seed + 1)
-        return float(np.mean(self._margins(from_unit(tolerances, points)) <= 0.0))
-
-    def cheapest(
-        self, required: float, *, refused: Set[Allocation] = frozenset(), known: Allocation | None = None
-    ) -> Allocation | None:
-        """The cheapest choice whose predicted yield reaches the required one; None when there is none.
-
-        ``known`` is a choice that reaches it, from which the search starts.
-        """
-        best = known
-        for bound, grades in self._combinations:
-            if best is not None and bound >= best.cost:
-                break
-            found = self._solve(grades, required, math.inf if best is None else best.cost)
-            if found is not None and found not in refused and (best is None or found.cost < best.cost):
-                best = found
-        return best
-
-    @cached_property
-    def _combinations(self) -> list[tuple[float, tuple[int, ...]]]:
-        """Combinations of grades in the order of the least cost that they allow."""
-        grades = [choice for choice in self.plan.choices if isinstance(choice, Grades)]
-        free = sum(choice.cost(choice.widest) for choice in self.plan.choices if isinstance(choice, Curve))
-        combinations = product(*(range(len(choice.widths)) for choice in grades))
-        bounds = (
-            (free + sum(choice.costs[i] for choice, i in zip(grades, combination, strict=True)), combination)
-            for combination in combinations
-        )
-        return sorted(bounds)
-
-    def _solve(self, grades: tuple[int, ...], required: float, ceiling: float) -> Allocation | None:
-        """The cheapest choice with these grades, or None where none reaches the yield at less than the ceiling."""
-        chosen = iter(grades)
-        fixed = [next(chosen) if isinstance(choice, Grades) else None for choice in self.plan.choices]
-        narrow, wide = (
-            np.array(
-                [_range(c)[end] if i is None else c.widths[i] for c, i in zip(self.plan.choices, fixed, strict=True)]
-            )
-            for end in (0, 1)
-        )
-        # Zones that all cost what the ceiling leaves when the others are at their widest are narrower than any that
-        # pay: when even they miss the yield, the combination is out.
-        spare = ceiling - self.allocation(wide, fixed).cost
-        affordable = narrow.copy()
-        for j, choice in enumerate(self.plan.choices):
-            if fixed[j] is None:
-                affordable[j] = choice.narrowest_below(choice.cost(choice.widest) + spare)
-        if self._is_hopeless(affordable, required) or self.yield_of(affordable) < required:
-            return None
-        if self.yield_of(wide) < required:
-            wide = self._free_widths(affordable, wide, required)
-        return self.allocation(wide, fixed)
-
-    def allocation(self, widths: Sequence[float], grades: Sequence[int | None]) -> Allocation:
-        """The choice of these widths; ``grades`` index those that are graded."""
-        labels, cost = [], 0.0
-        for choice, width, grade in zip(self.plan.choices, widths, grades, strict=True):
-            labels.append("" if grade is None else choice.labels[grade])
-            cost += choice.cost(width) if grade is None else choice.costs[grade]
-        return Allocation(tuple(float(width) for width in widths), tuple(labels), float(cost))
-
-    def _is_hopeless(self, widths: np.ndarray, required: float) -> bool:
-        """Whether one scrambling of the points alone shows that the yield is missed: most choices end here."""
-        few = np.mean(self.margins(widths, slice(None, None, SCRAMBLINGS)) <= 0.0)
-        count = len(self.points) // SCRAMBLINGS
-        return few + 5.0 * math.sqrt(max(few * (1.0 - few), 1.0 / count) / count) < required
-
-    def _free_widths(self, narrow: np.ndarray, wide: np.ndarray, required: float) -> np.ndarray:
-        """Cheapest widths between a choice that reaches the yield and one that misses it."""
-        on_boundary = self._boundary(narrow, wide, required)
-        free = np.flatnonzero(wide > narrow)
-        if len(free) == 1:
-            return on_boundary
-        curves = [self.plan.choices[j] for j in free]
-
-        def widths(x):
-            result = narrow.copy()
-            result[free] = np.exp(x)
-            return result
-
-        def cost(w):
-            return sum(curve.cost(width) for curve, width in zip(curves, w[free], strict=True))
-
-        low, high = np.log(narrow[free]), np.log(wide[free])
-        scale = cost(narrow) - cost(wide)
-        found = minimize(
-            lambda x: cost(widths(x)) / scale,
-            np.log(on_boundary[free]),
-            method="SLSQP",
-            bounds=Bounds(low, high),
-            constraints={
-                "type": "ineq",
-                "fun": lambda x: -self._quantile(widths(x), required)[0],
-                "jac": lambda x: -self._slopes(widths(x), free, required),
-            },
-            options={"ftol": 1e-7, "maxiter": 50},
-        )
-        optimum = widths(np.clip(found.x, low, high))
-        ends = (optimum, wide) if self.yield_of(optimum) >= required else (narrow, optimum)
-        return min(self._boundary(*ends, required), on_boundary, key=cost)
-
-    def _boundary(self, inside: np.ndarray, outside: np.ndarray, required: float) -> np.ndarray:
-        """Farthest widths from ``inside`` (reaches the yield) towards ``outside`` (misses it) that reach it."""
-        a, b = 0.0, 1.0
-        for _ in range(12):
-            middle = 0.5 * (a + b)
-            reached = self.yield_of(inside ** (1.0 - middle) * outside**middle) >= required
-            a, b = (middle, b) if reached else (a, middle)
-        return inside ** (1.0 - a) * outside**a
-
-    def _quantile(self, widths: np.ndarray, required: float) -> tuple[float, np.ndarray, np.ndarray]:
-        """Quantile of the margins, averaged over half of the ranks beyond it, the points there, and their weights."""
-        margins = self.margins(widths)
-        count = len(margins)
-        rank = required * (count - 1)
-        reach = max(0.5 * (count - 1 - rank), 1.0)
-        first, last = max(math.ceil(rank - reach), 0), min(math.floor(rank + reach), count - 1)
-        weights = 1.0 - np.abs(np.arange(first, last + 1) - rank) / reach
-        weights /= weights.sum()
-        near = np.argsort(margins)[first : last + 1]
-        return float(weights @ margins[near]), near, weights
-
-    def _slopes(self, widths: np.ndarray, free: np.ndarray, required: float) -> np.ndarray:
-        """Derivatives of the quantile by the logarithms of the free widths: the mean ones of the points at it."""
-        value, near, weights = self._quantile(widths, required)
-        slopes = []
-        for j in free:
-            wider = widths.copy()
-            wider[j] *= 1.0 + _DIFFERENCE
-            slopes.append((weights @ self.margins(wider, near) - value) / math.log1p(_DIFFERENCE))
-        return np.array(slopes)
+    def yield_of(self, tolerances: Tolerances, count: int, seed: int, confidence: float) -> MotionYield:
+        """Yield of independent motions, with one-sided limits."""
+        samples = self.model(sample(tolerances, count, sampling="random", seed=seed))
+        out, known = out_of_specification(samples, self.specification)
+        lost = contact_lost(samples)
+        broken = np.logical_or.reduce(list(out.values()))
+        good = ~broken & np.logical_and.reduce(list(known.values()))
+        if not self.loss_is_known:
+            good &= ~lost
+        rows = Rows("random", 2.0 * confidence - 1.0, tolerances.lot_size or 1)
+        least, most = rows.share(good), rows.share(~broken)
+        counts = (int(np.count_nonzero(motions)) for motions in (~good & ~broken, failed(samples), lost))
+        return MotionYield(least.value, least.low, most.high, count, *counts)
 
 
-def _confirm(model: Model, tolerances: Tolerances, specification, plan: Plan, attempt: int) -> Estimate:
-    """Yield of independent motions, failed ones counted as bad; ``low`` is a one-sided limit."""
-    samples = model(sample(tolerances, plan.samples, sampling="random", seed=plan.seed + attempt))
-    out, known = out_of_specification(samples, specification)
-    good = np.logical_and.reduce([known[name] & ~out[name] for name in specification])
-    return Rows("random", 2.0 * _confidence(plan, attempt) - 1.0, tolerances.lot_size or 1).share(good)
-
-
-def _nothing_found(search: _Search, plan: Plan, planned: float) -> str:
-    best = search.yield_of([_range(choice)[0] for choice in plan.choices])
+def _nothing_found(search: Search, plan: Plan, planned: float) -> str:
+    narrowest, widest = (
+        search.yield_of([getattr(choice, end) for choice in plan.choices]) for end in ("narrowest", "widest")
+    )
     return (
         f"allocation: no choice of tolerances has a predicted yield of {planned:.6g}, which it takes to show "
         f"{plan.target_yield:.6g} at the confidence {plan.confidence:.6g} with {plan.samples} samples; the narrowest one has "
-        f"{best:.6g}. Offer narrower zones, widen [specification], ask for a lower yield, or confirm with more samples."
+        f"{narrowest:.6g}, the widest {widest:.6g}. Offer other zones, widen [specification], ask for a lower yield, or "
+        "confirm with more samples."
     )
 
 
@@ -539,6 +355,7 @@ def _dimension_table(plan: Plan, winner: Allocation, tolerances: Tolerances) -> 
         {
             "dimension": choice.name,
             "grade": label,
+            "toleranced_size": by_name[choice.name].toleranced_size or "",
             "width": width,
             "lower": by_name[choice.name].lower,
             "upper": by_name[choice.name].upper,
@@ -549,7 +366,7 @@ def _dimension_table(plan: Plan, winner: Allocation, tolerances: Tolerances) -> 
     return pd.DataFrame(rows).set_index("dimension")
 
 
-def _describe(search: _Search, plan: Plan, allocation: Allocation) -> dict[str, object]:
+def _describe(search: Search, plan: Plan, allocation: Allocation) -> dict[str, object]:
     predicted = search.yield_of(allocation.widths)
     return {
         "cost": allocation.cost,
@@ -562,7 +379,7 @@ def _describe(search: _Search, plan: Plan, allocation: Allocation) -> dict[str, 
     }
 
 
-def _trade_off(search: _Search, plan: Plan) -> pd.DataFrame:
+def _trade_off(search: Search, plan: Plan) -> pd.DataFrame:
     rows, allocation = [], None
     for required in sorted({*LADDER, plan.target_yield}, reverse=True):
         # What reaches the higher yield reaches this one too, and leaves less to search.
@@ -572,11 +389,15 @@ def _trade_off(search: _Search, plan: Plan) -> pd.DataFrame:
     return pd.DataFrame(rows[::-1])
 
 
-def _neighbours(search: _Search, plan: Plan, winner: Allocation) -> pd.DataFrame:
+def _neighbours(search: Search, plan: Plan, winner: Allocation, inspection: _Inspection, glance: int) -> pd.DataFrame:
     rows = []
     for j, choice in enumerate(plan.choices):
         for direction, neighbour in _steps(search, choice, winner, j):
-            predicted = search.fresh_yield(neighbour.widths)
+            if math.isnan(neighbour.cost):  # beyond the zones that trained the surrogate
+                tolerances = with_widths(search.tolerances, plan.choices, neighbour.widths)
+                predicted = inspection.yield_of(tolerances, glance, plan.seed, plan.confidence).value
+            else:
+                predicted = search.fresh_yield(neighbour.widths)
             rows.append(
                 {
                     "dimension": choice.name,
@@ -589,14 +410,14 @@ def _neighbours(search: _Search, plan: Plan, winner: Allocation) -> pd.DataFrame
                     "out_ppm": 1e6 * (1.0 - predicted),
                 }
             )
-    return pd.DataFrame(rows)
+    columns = ("dimension", "direction", "from", "to", "cost", "cost_change", "predicted_yield", "out_ppm")
+    return pd.DataFrame(rows, columns=columns)
 
 
-def _steps(search: _Search, choice: Grades | Curve, winner: Allocation, j: int) -> Iterator[tuple[str, Allocation]]:
-    """The winner with choice j one grade finer and one coarser, where that is on offer."""
+def _steps(search: Search, choice: Grades | Curve, winner: Allocation, j: int) -> Iterator[tuple[str, Allocation]]:
+    """The winner with choice j one grade finer and one coarser, where there is one."""
     grades = [
-        other.labels.index(label) if label else None
-        for other, label in zip(search.plan.choices, winner.labels, strict=True)
+        other.labels.index(label) if label else None for other, label in zip(search.choices, winner.labels, strict=True)
     ]
     for direction, step in (("finer", -1), ("coarser", 1)):
         widths, chosen = list(winner.widths), list(grades)

@@ -150,7 +150,11 @@ def report(directory) -> None:
 @click.argument("study", type=_FILE)
 @click.option("--out", type=_FILE, help="Directory to write into.  [default: runs/<study name>_allocation]")
 def allocate(study, out) -> None:
-    """Find the cheapest tolerances with which STUDY meets its requirements."""
+    """Find the cheapest tolerances with which STUDY meets its requirements.
+
+    Ends with code 3 when the tolerances found could not be shown to meet them.
+    """
     from tolmc.study_allocation import allocate_study
 
-    allocate_study(study, out=out)
+    if not allocate_study(study, out=out).is_met:
+        sys.exit(3)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,10 @@ class Distribution:
     def check(self, dimension) -> None:
         """Raise ValueError when the distribution does not fit the dimension."""
 
+    def in_zone(self, dimension, lower: float, upper: float) -> Distribution:
+        """The distribution with the same shape between other limits than those of the dimension."""
+        return self
+
     def quantile(self, p: np.ndarray, q: np.ndarray, dimension) -> np.ndarray:
         """Value with probability p below and q = 1 - p above it, 0 < p, q < 1, in the dimension's unit."""
         raise NotImplementedError
@@ -36,6 +40,13 @@ class Distribution:
     def moments(self, dimension) -> tuple[float, float]:
         """Mean and standard deviation, in the dimension's unit."""
         raise NotImplementedError
+
+
+def _at_same_share(value: float, dimension, lower: float, upper: float) -> float:
+    """The point that divides other limits as the value divides those of the dimension."""
+    width = dimension.upper - dimension.lower
+    share = (value - dimension.lower) / width if width > 0.0 else 0.5
+    return min(max(lower + share * (upper - lower), lower), upper)
 
 
 def _positive(owner: str, **values) -> dict[str, float]:
@@ -94,6 +105,11 @@ class Normal(Distribution):
         sd = half / (3 * (self.cp or self.cpk or 1.0))
         offset = half - 3 * sd * self.cpk if self.cp and self.cpk else 0.0
         return (lower + upper) / 2 + (offset if self.shift == "upper" else -offset), sd
+
+    def in_zone(self, dimension, lower, upper):
+        if self.mean is None:
+            return self
+        return replace(self, mean=_at_same_share(self.process(dimension)[0], dimension, lower, upper))
 
     def check(self, dimension) -> None:
         mean, sd = self.process(dimension)
@@ -165,6 +181,9 @@ class Triangular(Distribution):
 
     def _mode(self, dimension) -> float:
         return dimension.nominal if self.mode is None else self.mode
+
+    def in_zone(self, dimension, lower, upper):
+        return replace(self, mode=_at_same_share(self._mode(dimension), dimension, lower, upper))
 
     def check(self, dimension) -> None:
         mode = self._mode(dimension)
@@ -253,6 +272,16 @@ class Scipy(Distribution):
     @property
     def stands_alone(self) -> bool:
         return not self.truncated
+
+    def in_zone(self, dimension, lower, upper):
+        width = dimension.upper - dimension.lower
+        if not self.truncated or width == 0.0:
+            return self
+        ratio = (upper - lower) / width
+        loc = lower + ratio * (self.arguments.get("loc", 0.0) - dimension.lower)
+        return replace(
+            self, arguments={**self.arguments, "loc": loc, "scale": ratio * self.arguments.get("scale", 1.0)}
+        )
 
     @cached_property
     def _frozen(self):

@@ -337,6 +337,12 @@ class Fit:
     shaft: tuple[float, float]
 
     @property
+    def toleranced_sizes(self) -> tuple[str, str]:
+        """Hole and shaft as single toleranced sizes, such as ("40 H7", "40 d9")."""
+        size, hole, shaft = _FIT.fullmatch(self.designation.strip()).groups()
+        return f"{size} {hole}", f"{size} {shaft}"
+
+    @property
     def clearance(self) -> tuple[float, float]:
         """Smallest and largest clearance on the diameter, m; negative: interference."""
         return self.hole[0] - self.shaft[1], self.hole[1] - self.shaft[0]
@@ -353,6 +359,8 @@ class Fit:
 
 
 _NOMINAL = r"[⌀Øø∅]?\s*(\d+(?:\.\d+)?)\s*(?:mm)?\s*"
+_FIT = re.compile(_NOMINAL + r"([A-Z]{1,2}\d{1,2})\s*/\s*([a-z]{1,2}\d{1,2})")
+_TOLERANCED_SIZE = re.compile(_NOMINAL + r"([A-Za-z]{1,2})(\d{1,2})")
 
 
 def fit(designation: str) -> Fit:
@@ -363,7 +371,7 @@ def fit(designation: str) -> Fit:
     ValueError
         When the text is no fit, or a class is not defined at this size.
     """
-    match = re.fullmatch(_NOMINAL + r"([A-Z]{1,2}\d{1,2})\s*/\s*([a-z]{1,2}\d{1,2})", designation.strip())
+    match = _FIT.fullmatch(designation.strip())
     if match is None:
         raise ValueError(
             f"ISO 286: fit {designation!r} is not understood; allowed: diameter in mm, class of the hole "
@@ -381,12 +389,44 @@ def size_limits(designation: str) -> tuple[float, float, float]:
     ValueError
         When the text is no toleranced size, or the class is not defined at this size.
     """
-    match = re.fullmatch(_NOMINAL + r"([A-Za-z]{1,2}\d{1,2})", designation.strip())
+    text, letter, grade = _parts(designation)
+    size = float(text)
+    lower, upper = limits(size, letter + grade)
+    return size / 1e3, size / 1e3 + lower, size / 1e3 + upper
+
+
+def with_grade(designation: str, grade: int | str) -> str:
+    """The toleranced size with its letter in another grade: ``with_grade("40 H7", "IT9")`` is "40 H9".
+
+    Raises
+    ------
+    ValueError
+        When the text is no toleranced size, or the grade is unknown.
+    """
+    size, letter, _ = _parts(designation)
+    return f"{size} {letter}{_grade(grade)}"
+
+
+def held_limit(designation: str) -> str:
+    """The limit that the fundamental deviation holds when the grade changes: "lower", "upper", or "middle" (js, JS).
+
+    Raises
+    ------
+    ValueError
+        When the text is no toleranced size.
+    """
+    letter = _parts(designation)[1]
+    if letter.lower() == "js":
+        return "middle"
+    return "lower" if letter.isupper() == (letter.lower() in _clearance.columns) else "upper"
+
+
+def _parts(designation: str) -> tuple[str, str, str]:
+    """Size, letter and grade of a toleranced size, as written."""
+    match = _TOLERANCED_SIZE.fullmatch(designation.strip())
     if match is None:
         raise ValueError(
             f"ISO 286: {designation!r} is not understood; allowed: size in mm and a tolerance class, such as "
             "'40 H7' or '40 d9'."
         )
-    size = float(match[1])
-    lower, upper = limits(size, match[2])
-    return size / 1e3, size / 1e3 + lower, size / 1e3 + upper
+    return match.groups()

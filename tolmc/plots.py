@@ -14,7 +14,7 @@ import pandas as pd
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
 from tolmc import units
 from tolmc.columns import Columns
@@ -272,3 +272,43 @@ def _draw_forces(axis, trajectory) -> None:
     axis.set_ylabel("N")
     axis.set_xlim(trajectory.time[0], trajectory.time[-1])
     axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
+
+
+def draw_cost_against_yield(
+    trade_off: pd.DataFrame, *, winner: tuple[float, float, float], target_ppm: float, is_met: bool, title: str
+) -> Figure:
+    """Cost of the cheapest tolerances against the parts per million that they leave out of specification.
+
+    Parameters
+    ----------
+    trade_off : DataFrame
+        ``cost``, ``out_ppm``, ``required_yield``: a row a required yield.
+    winner : (cost, predicted ppm out, ppm out at the confidence limit)
+    target_ppm : float
+        Parts per million that may be out of specification.
+    is_met : bool
+        Whether the winner was shown to keep the target.
+    """
+    cost, predicted, limit = winner
+    with rc_context(_STYLE):
+        figure = Figure(figsize=(7.5, 4.8))
+        _head(figure, f"{title}: cost against yield")
+        axis = figure.add_axes((0.1, 0.13, 0.83, 0.68))
+        # Linear below one part per million: a choice without any predicted failure stays in the picture.
+        axis.set_xscale("symlog", linthresh=1.0, linscale=0.5)
+        axis.set_xlim(-0.2, 1e6)
+        axis.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
+        steps = trade_off.sort_values("out_ppm")
+        axis.plot(steps["out_ppm"], steps["cost"], color=_BLUE, marker="o", linewidth=1.4, label="cheapest, predicted")
+        label = "chosen" if is_met else "not shown to suffice"
+        axis.plot(predicted, cost, color=_RED, marker="D", markersize=8, linestyle="none", label=label)
+        axis.plot([predicted, limit], [cost, cost], color=_RED, marker="|", markersize=14, markevery=[1], linewidth=2.5,
+                  alpha=0.7, label="its confidence limit")  # fmt: skip
+        axis.axvline(target_ppm, color="black", linestyle="--", linewidth=1.2)
+        axis.text(target_ppm, 1.01, f"allowed {target_ppm:,.0f} ppm", transform=axis.get_xaxis_transform(), ha="center")
+        axis.set_xlabel("out of specification (parts per million)")
+        axis.set_ylabel("cost")
+        axis.yaxis.set_major_locator(MaxNLocator(6))
+        axis.margins(y=0.1)
+        axis.legend(loc="lower left", bbox_to_anchor=(0.0, 1.06), ncols=3, borderaxespad=0.0, columnspacing=1.5)
+    return figure

@@ -11,28 +11,35 @@ bearing_radius = { grades = { IT7 = 9.0, IT8 = 5.5, IT9 = 3.6 }, anchor = "lower
 half_length = { narrowest = "0.02 mm", widest = "0.4 mm", cost = { fixed = 1, variable = 2, at = "0.1 mm" } }
 
 ``grades``: ISO 286 grades of the diameter (of the bearing's length 2 L), each with the cost of a piece; a radius or half-length
-gets half their width. ``cost``: fixed + variable f(T/at) of the zone's width T = upper - lower, between the widths
-``narrowest`` and ``widest``; ``law`` names f: "reciprocal" (1/x, the default), "reciprocal-square" (1/x^2) or "exponential"
-(exp(1 - x)).
-``anchor``: the point of the zone that stays when its width changes: "nominal" (the default), "lower" (bores H), "upper"
-(shafts h, d, ...) or "middle". Costs are in any currency. Distributions keep their shape between the limits.
+gets half their width. The standard's row is that of the basic size of a ``fit`` or ``diameter``, else of twice the nominal.
+``cost``: fixed + variable f(T/at) of the zone's width T = upper - lower, between the widths ``narrowest`` and ``widest``;
+``law`` names f: "reciprocal" (1/x, the default), "reciprocal-square" (1/x^2) or "exponential" (exp(1 - x)).
+``anchor``: the point of the zone that stays when its width changes: "nominal", "lower", "upper" or "middle". When it is not
+given, the zone of a ``fit`` or ``diameter`` keeps its letter (40 H7 becomes 40 H9), any other its nominal.
+Costs are in any currency. Distributions keep their shape between the limits.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pandas as pd
+from matplotlib.figure import Figure
 from pydantic import BeforeValidator, Field
 from rich.console import Console
 
-from tolmc import fits, units
-from tolmc.allocation import ANCHORS, LAWS, AllocationResult, Curve, Grades, Plan, allocate, widest_widths, with_widths
+from tolmc import fits, plots, units
+from tolmc.allocation import AllocationResult, Plan, allocate
 from tolmc.allocation_tables import allocation_tables
 from tolmc.study import MAX_SAMPLES, Study, StudyError, load_study
 from tolmc.study_fields import Faults, Own, Section, check_names, in_section, place, quantity, validated, whole
 from tolmc.study_model import study_model
+from tolmc.surrogate import training_box
+from tolmc.tolerances import Dimension, Tolerances
+from tolmc.zones import ANCHORS, LAWS, Curve, Grades, hull, offered_box, with_widths
 
 _GRADED = ("bearing_radius", "journal_radius", "half_length")
 
@@ -61,7 +68,7 @@ class _Choice(Section):
     cost: _Cost | None = None
     narrowest: Own | None = None
     widest: Own | None = None
-    anchor: Literal[ANCHORS] = "nominal"
+    anchor: Literal[ANCHORS] | None = None
 
 
 class _Allocation(Section):
@@ -121,43 +128,81 @@ def _grades(study: Study, name: str, choice: _Choice) -> Grades:
         raise Faults(f"{place(*where)} is empty; give at least one grade with its cost, such as IT7 = 9.0.")
     if choice.narrowest is not None or choice.widest is not None:
         raise Faults(f"{place(*where)}: narrowest and widest belong to a cost function; leave them out.")
-    size = 2e3 * next(dimension.nominal for dimension in study.tolerances.dimensions if dimension.name == name)
+    dimension = next(dimension for dimension in study.tolerances.dimensions if dimension.name == name)
     with in_section(*where):
-        widths = {label: 0.5 * fits.it_grade(size, label) for label in choice.grades}
+        offer = _offer(dimension, choice.grades, choice.anchor)
+    for step in (-1, 1):
+        offer = _with_grade_beside(study.tolerances, dimension, offer, step)
+    return offer
+
+
+def _offer(dimension: Dimension, costs: Mapping[str, float], anchor: str | None) -> Grades:
+    """Grades with these costs, narrowest first."""
+    widths = {label: 0.5 * fits.it_grade(_basic_size(dimension), label) for label in costs}
     labels = tuple(sorted(widths, key=widths.get))
-    costs = tuple(choice.grades[label] for label in labels)
-    return Grades(name, labels, tuple(widths[label] for label in labels), costs, choice.anchor)
+    sizes = ()
+    if anchor is None and dimension.toleranced_size is not None:
+        sizes = tuple(fits.with_grade(dimension.toleranced_size, label) for label in labels)
+        for size in sizes:
+            fits.size_limits(size)  # the standard does not have every letter in every grade
+    columns = (tuple(column[label] for label in labels) for column in (widths, costs))
+    return Grades(dimension.name, labels, *columns, anchor, sizes)
+
+
+def _with_grade_beside(tolerances: Tolerances, dimension: Dimension, offer: Grades, step: int) -> Grades:
+    """The offer with the next finer or coarser grade, which has no cost, where the standard and the dimension allow it."""
+    end = offer.labels[0 if step < 0 else -1]
+    place = fits.GRADES.index(end.upper().removeprefix("IT")) + step
+    if not 0 <= place < len(fits.GRADES):
+        return offer
+    costs = dict(zip(offer.labels, offer.costs, strict=True)) | {f"IT{fits.GRADES[place]}": math.nan}
+    try:
+        wider = _offer(dimension, costs, offer.anchor)
+        with_widths(tolerances, [wider], [wider.widths[0 if step < 0 else -1]])
+    except ValueError:
+        return offer
+    return wider
+
+
+def _basic_size(dimension: Dimension) -> float:
+    """Size that decides the row of the standard's tables, mm: that of the tolerance class, else twice the nominal."""
+    named = dimension.toleranced_size
+    size = 2.0 * dimension.nominal if named is None else fits.size_limits(named)[0]
+    return round(1e3 * size, 9)  # rounding of the units must not carry 50 mm into the row above
 
 
 def allocate_study(path: str | Path, *, out: str | Path | None = None) -> AllocationResult:
-    """Allocate the tolerances of a study file, print the tables and write them as CSV.
+    """Allocate the tolerances of a study file, print the tables and write them, with a picture.
 
     Parameters
     ----------
     out : path
-        Directory of the CSV files; ``runs/<study name>_allocation`` when not given.
+        Directory of the files; ``runs/<study name>_allocation`` when not given.
 
     Raises
     ------
     InputError
-        When the study or its [allocation] cannot be used, or no choice reaches the yield.
+        When the study or its [allocation] cannot be used, or no choice has a predicted yield that could be shown.
     """
     study = load_study(path)
     plan = read_plan(study)
     if not study.specification:
         raise StudyError(f"{path}: [specification] is missing; an allocation needs limits to keep.")
-    with_limits = with_widths(study.tolerances, plan.choices, widest_widths(plan.choices))
-    model = study_model(study, tuple(study.specification), tolerances=with_limits)
-    result = allocate(study.tolerances, study.specification, plan, model)
+    box = hull(training_box(study.tolerances), offered_box(study.tolerances, plan.choices))
+    model = study_model(study, tuple(study.specification), box=box)
+    loss_is_known = study.on_contact_loss != "stop"
+    result = allocate(study.tolerances, study.specification, plan, model, loss_is_known=loss_is_known)
     console = Console()
     for table in allocation_tables(result, title=study.title):
         console.print(table)
-    console.print(f"Written: {write(result, out or Path('runs') / f'{study.name}_allocation')}")
+    directory = Path(out or Path("runs") / f"{study.name}_allocation")
+    files = write(result, directory, title=study.title)
+    console.print(f"Written: {directory} ({', '.join(files)})")
     return result
 
 
-def write(result: AllocationResult, directory: str | Path) -> Path:
-    """Write dimensions.csv, trade_off.csv and neighbours.csv (SI units)."""
+def write(result: AllocationResult, directory: str | Path, *, title: str) -> list[str]:
+    """Write the tables as CSV (SI units) and cost_against_yield.png; the names of the files."""
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
     tables: dict[str, pd.DataFrame] = {
@@ -167,4 +212,16 @@ def write(result: AllocationResult, directory: str | Path) -> Path:
     }
     for name, table in tables.items():
         table.to_csv(directory / f"{name}.csv", index=False)
-    return directory
+    plots.save(_picture(result, title), directory / "cost_against_yield.png")
+    return [*(f"{name}.csv" for name in tables), "cost_against_yield.png"]
+
+
+def _picture(result: AllocationResult, title: str) -> Figure:
+    out_ppm = (1e6 * (1.0 - share) for share in (result.predicted_yield, result.confirmed.low))
+    return plots.draw_cost_against_yield(
+        result.trade_off,
+        winner=(result.winner.cost, *out_ppm),
+        target_ppm=1e6 * (1.0 - result.plan.target_yield),
+        is_met=result.is_met,
+        title=title,
+    )

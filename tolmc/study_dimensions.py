@@ -118,10 +118,11 @@ class DimensionsTable:
         check_names(table, (*SCALARS, "fit", "lot_size"), "dimensions")
         self.data_folder, self.data_files = data_folder, {}
         self.lot_size = table.get("lot_size")
-        limits = _fit_limits(table["fit"]) if "fit" in table else {}
-        names = [name for name in SCALARS if name in table or name in limits]
+        sizes = _fit_sizes(table["fit"]) if "fit" in table else {}
+        names = [name for name in SCALARS if name in table or name in sizes]
         self.entries = {name: _entry(name, table.get(name, {})) for name in names}
-        self.limits = {name: _limits(name, entry, limits.get(name)) for name, entry in self.entries.items()}
+        self.limits = {name: _limits(name, entry, sizes.get(name)) for name, entry in self.entries.items()}
+        self.sizes = sizes | {n: entry.diameter for n, entry in self.entries.items() if entry.diameter is not None}
         missing = [name for name in _JOINT if name not in names]
         if missing:
             raise Faults(*(f"{place('dimensions', n)} is missing; add {n} = {_EXAMPLE[n]}." for n in missing))
@@ -160,7 +161,9 @@ class DimensionsTable:
                 raise Faults(f"{place('dimensions', name)} has no tolerance; add tolerance, or lower and upper.")
         lots = {"lot_share": entry.lot_share, "lot_sd": entry.lot_sd}
         with in_section("dimensions"):
-            return Dimension(name, nominal, *(limits or (None, None)), distribution, **lots)
+            return Dimension(
+                name, nominal, *(limits or (None, None)), distribution, **lots, toleranced_size=self.sizes.get(name)
+            )
 
     def _distribution(self, name: str) -> Distribution:
         entry = self.entries[name]
@@ -209,26 +212,28 @@ def _entry(name: str, raw: object) -> _Entry:
     return validated(_Entry, table, "dimensions", name, context=units.SI[name])
 
 
-def _limits(name: str, entry: _Entry, fit: tuple[float, float] | None) -> tuple[float, float] | None:
+def _limits(name: str, entry: _Entry, fit_size: str | None) -> tuple[float, float] | None:
     """Limits that do not depend on the nominal value; None where there are none."""
     if (entry.lower is None) != (entry.upper is None):
         raise Faults(f"{place('dimensions', name)}: only one limit is given; give lower and upper, or a tolerance.")
-    ways = entry.given("lower", "diameter", "tolerance") + (["fit"] if fit is not None else [])
+    ways = entry.given("lower", "diameter", "tolerance") + (["fit"] if fit_size is not None else [])
     if len(ways) > 1:
         raise Faults(f"{place('dimensions', name)}: {' and '.join(ways)} both set its limits; leave one out.")
-    if entry.diameter is not None:
+    size = fit_size if entry.diameter is None else entry.diameter
+    if size is not None:
         with in_section("dimensions"):
-            dimension = Dimension.from_tolerance_class(name, entry.diameter)
+            dimension = Dimension.from_tolerance_class(name, size)
         return dimension.lower, dimension.upper
-    return fit if entry.lower is None else (entry.lower, entry.upper)
+    return None if entry.lower is None else (entry.lower, entry.upper)
 
 
-def _fit_limits(designation: object) -> dict[str, tuple[float, float]]:
+def _fit_sizes(designation: object) -> dict[str, str]:
+    """Toleranced sizes of both radii."""
     if not isinstance(designation, str):
         raise Faults(f'{place("dimensions", "fit")} = {short(designation)}: expected a text such as "40 H7/d9".')
     with in_section("dimensions"):
-        fit = fits.fit(designation)
-    return {"bearing_radius": fit.bearing_radius, "journal_radius": fit.journal_radius}
+        hole, shaft = fits.fit(designation).toleranced_sizes
+    return {"bearing_radius": hole, "journal_radius": shaft}
 
 
 def _is_in_scipy(word: str) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
@@ -11,15 +11,14 @@ from tolmc.mechanism import SCALARS
 from tolmc.simulation import GEOMETRY_OUTPUTS, plan_integration, simulate_many
 from tolmc.study import Study
 from tolmc.surrogate import Model, training_box
-from tolmc.tolerances import Tolerances
 
 _JOINT = SCALARS[:3]
 
 
-def study_model(study: Study, outputs: Sequence[str], *, tolerances: Tolerances | None = None) -> Model:
+def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple[float, float]] | None = None) -> Model:
     """Function that integrates a row of dimensions each with the study's settings.
 
-    One pilot chooses the step, for the range of the study's tolerances or of those given in their place.
+    One pilot chooses the step, for the range of the study's tolerances or the box given in its place.
 
     Parameters
     ----------
@@ -35,7 +34,7 @@ def study_model(study: Study, outputs: Sequence[str], *, tolerances: Tolerances 
     options = {"on_contact_loss": study.on_contact_loss, "project_energy": study.project_energy}
     try:
         plan = plan_integration(
-            study.scene, training_box(tolerances or study.tolerances),
+            study.scene, training_box(study.tolerances) if box is None else box,
             step=study.step if integrates else study.scene.duration, method=study.method,
             formulation=study.formulation, accuracy=study.accuracy, outputs=outputs, **options,
         )  # fmt: skip

@@ -26,6 +26,7 @@ import pandas as pd
 from scipy.linalg import solve_triangular
 from scipy.stats import qmc
 
+from tolmc.statistics import contact_lost
 from tolmc.tolerances import Tolerances
 
 #: Inputs (a row a sample) -> outputs (a row a sample, a column an output; NaN where the motion failed).
@@ -84,8 +85,8 @@ class Surrogate:
     degree : dict of output to its total degree
     held_out : dict of output to the root mean square of its leave-one-out errors, in the output's unit
     spread : dict of output to the standard deviation of its training values, in the output's unit
-    motions, failed : int
-        Motions spent on training, and how many of them failed and were left out.
+    motions, failed, contact_lost : int
+        Motions spent on training, how many of them failed and were left out, and how many lost contact.
     """
 
     box: Mapping[str, tuple[float, float]]
@@ -97,6 +98,7 @@ class Surrogate:
     spread: Mapping[str, float]
     motions: int
     failed: int
+    contact_lost: int = 0
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -182,7 +184,8 @@ def fit(
             "Surrogate: no input varies, so there is nothing to approximate; give a dimension a tolerance."
         )
     points = training_points(box, motions, seed)
-    values = model(points)[list(outputs)].to_numpy(float)
+    answers = model(points)
+    values = answers[list(outputs)].to_numpy(float)
     good = np.isfinite(values).all(axis=1)
     count = int(good.sum())
     if count < MOTIONS_PER_TERM * (k + 1):
@@ -208,6 +211,7 @@ def fit(
         spread=dict(zip(names, values[good].std(axis=0), strict=True)),
         motions=motions,
         failed=motions - count,
+        contact_lost=int(contact_lost(answers).sum()),
     )
 
 

@@ -54,6 +54,9 @@ class Dimension:
         dimension is the same).
     lot_sd : float, optional
         Standard deviation between lots, in the dimension's unit; in place of `lot_share` = (lot_sd/sd)^2.
+    toleranced_size : str, optional
+        Size and ISO 286 tolerance class of the diameter (of the bearing's length 2 L), such as "40 H7", when
+        the limits come from it.
 
     Raises
     ------
@@ -68,6 +71,7 @@ class Dimension:
     distribution: Distribution = field(default_factory=Normal)
     lot_share: float | None = None
     lot_sd: float | None = None
+    toleranced_size: str | None = None
 
     def __post_init__(self) -> None:
         if self.name not in SCALARS:
@@ -78,6 +82,8 @@ class Dimension:
             )
         _set(self, nominal=_number(self._owner, "nominal", self.nominal), **self._limits())
         self._check_limits()
+        if self.toleranced_size is not None:
+            self._check_toleranced_size()
         if self.is_varied:
             self.distribution.check(self)
         self._check_lots()
@@ -110,6 +116,15 @@ class Dimension:
             raise ValueError(
                 f"{self._owner}: nominal = {self.nominal!r}, limits {self.lower!r} to {self.upper!r}; "
                 "allowed: > 0. Check the units and the signs of the deviations."
+            )
+
+    def _check_toleranced_size(self) -> None:
+        limits = _class_limits(self.name, self.toleranced_size)
+        if not np.allclose((self.lower, self.upper), limits, rtol=1e-12, atol=0.0):
+            raise ValueError(
+                f"{self._owner}: lower = {self.lower!r}, upper = {self.upper!r} are not the limits of its "
+                f"toleranced_size {self.toleranced_size!r}; allowed: {limits[0]!r} and {limits[1]!r}. Leave "
+                "toleranced_size out (None) when the limits are others."
             )
 
     def _check_lots(self) -> None:
@@ -186,13 +201,7 @@ class Dimension:
 
         The nominal is the middle of the limits: equal basic sizes of hole and shaft leave no clearance.
         """
-        if name not in _HALVES:
-            raise ValueError(
-                f"Dimension {name}: the tolerance class {designation!r} is for a size; allowed: for "
-                f"{', '.join(_HALVES)}. Give limits instead."
-            )
-        _, lower, upper = fits.size_limits(designation)
-        return cls.from_limits(name, lower / 2, upper / 2, **options)
+        return cls.from_limits(name, *_class_limits(name, designation), toleranced_size=designation, **options)
 
     @classmethod
     def from_fit(cls, designation: str, **options) -> tuple[Dimension, Dimension]:
@@ -201,11 +210,22 @@ class Dimension:
         The nominals are the middles of the limits: the fit's nominal diameter, common to both, leaves no
         clearance. `options` as in the class, for both.
         """
-        fit = fits.fit(designation)
+        hole, shaft = fits.fit(designation).toleranced_sizes
         return (
-            cls.from_limits("bearing_radius", *fit.bearing_radius, **options),
-            cls.from_limits("journal_radius", *fit.journal_radius, **options),
+            cls.from_tolerance_class("bearing_radius", hole, **options),
+            cls.from_tolerance_class("journal_radius", shaft, **options),
         )
+
+
+def _class_limits(name: str, designation: str) -> tuple[float, float]:
+    """Limits of a radius or half-length, m: half of those of the toleranced size."""
+    if name not in _HALVES:
+        raise ValueError(
+            f"Dimension {name}: the tolerance class {designation!r} is for a size; allowed: for "
+            f"{', '.join(_HALVES)}. Give limits instead."
+        )
+    _, lower, upper = fits.size_limits(designation)
+    return lower / 2, upper / 2
 
 
 @dataclass(frozen=True)
@@ -272,6 +292,16 @@ class Tolerances:
     @cached_property
     def _between_lots(self) -> np.ndarray:
         return np.array([dimension.between_lots for dimension in self.varied])
+
+    @property
+    def lot_correlation(self) -> float:
+        """Bound on the correlation of anything in two parts of a lot, 0 to 1.
+
+        Of functions of jointly normal variables none are correlated more than the variables in their most correlated
+        combination; for independent dimensions that is the largest share of a variance between lots.
+        """
+        largest = float(self._between_lots.max(initial=0.0))
+        return 1.0 if largest > 0.0 and self._copula is not None else largest
 
     @cached_property
     def _scores(self) -> np.ndarray:
