@@ -17,7 +17,7 @@ from tolmc.report import notes, tables, words
 from tolmc.report.answer import Answer, answer, question
 from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
 from tolmc.run_directory import RunDirectory, RunDirectoryError
-from tolmc.statistics import count_statuses, failed, summarise_requirements
+from tolmc.statistics import count_statuses, summarise_requirements, without_value
 from tolmc.study import Study
 
 #: Yield that requirements are judged by where the study asks for none: what lies within +-3 sigma of a normal output.
@@ -103,6 +103,11 @@ class _Content:
         return {"sampling": self.study.sampling, "lot_size": self.study.tolerances.lot_size if has_lots else 1}
 
     @property
+    def judged(self) -> dict:
+        """What samples are held against, and what a loss of contact means then."""
+        return {"specification": self.study.specification, "on_contact_loss": self.study.on_contact_loss}
+
+    @property
     def watches_contact(self) -> bool:
         """Whether contact forces were computed, so that a loss of contact was seen."""
         return any(name.startswith("contact_") for name in self.columns)
@@ -132,18 +137,18 @@ class _Content:
 
     @cached_property
     def shares(self) -> pd.DataFrame:
-        return summarise_requirements(self.samples, specification=self.study.specification, **self.drawn)
+        return summarise_requirements(self.samples, **self.judged, **self.drawn)
 
     @cached_property
     def capability(self) -> pd.DataFrame:
         """A row a requirement, and one for all where there are several; empty without any."""
-        found = capability(self.samples, specification=self.study.specification, **self.drawn)
+        found = capability(self.samples, **self.judged, **self.drawn)
         return found if len(self.study.specification) > 1 else found.drop(index=ALL_REQUIREMENTS, errors="ignore")
 
     @cached_property
     def failure_sources(self) -> pd.DataFrame:
         return sensitivity.failure_sources(
-            self.samples, inputs=self.inputs, specification=self.study.specification, lot_size=self.drawn["lot_size"]
+            self.samples, inputs=self.inputs, lot_size=self.drawn["lot_size"], **self.judged
         )
 
     @cached_property
@@ -194,9 +199,12 @@ class _Content:
         return {table.name: table for table in found if table}
 
     def _tolerance_intervals(self) -> dict[str, Estimate]:
-        unusable = failed(self.samples)
         return {
-            name: tolerance_interval(self.samples[name].mask(unusable), share=TARGET_YIELD, **self.drawn)
+            name: tolerance_interval(
+                self.samples[name].mask(without_value(self.samples, name, **self.judged)),
+                share=TARGET_YIELD,
+                **self.drawn,
+            )
             for name in self.study.specification
         }
 
