@@ -176,7 +176,8 @@ class _Content:
         sentences = [notes.of_sampling(self.study.samples, **self.drawn)]
         if self.summary is not None:
             sentences.append(notes.of_integration(self.run.record["plan"], self.summary))
-        return [*sentences, *notes.of_contact(self.shares, is_watched=self.watches_contact)]
+        seen = {"is_watched": self.watches_contact, "on_contact_loss": self.study.on_contact_loss}
+        return [*sentences, *notes.of_contact(self.shares, **seen)]
 
     def tables(self) -> dict[str, tables.Table]:
         """Those that have something to say."""

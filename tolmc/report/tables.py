@@ -156,7 +156,7 @@ def constants_table(study: Study) -> Table:
 
 def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFrame, target: float) -> Table:
     """Yield and parts per million of every requirement and of all together, judged against a target yield."""
-    rows = []
+    rows, unknown = [], shares.loc[ANY_REQUIREMENT, "unknown"]
     for name, row in capability.iterrows():
         counted = shares.loc[ANY_REQUIREMENT if name == ALL_REQUIREMENTS else name]
         verdict = words.judged(_estimate(row, "yield"), target)
@@ -166,7 +166,7 @@ def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFr
                 (
                     label,
                     words.limits(name, counted["minimum"], counted["maximum"]),
-                    f"{counted['out'] + counted['unknown']:,.0f}",
+                    _count_out(counted),
                     words.share(*_estimate(row, "yield")),
                     words.estimate(*_estimate(row, "ppm")),
                     Cell(verdict, tone=_TONE[verdict]),
@@ -177,12 +177,24 @@ def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFr
     return Table(
         "requirements",
         f"Yield with 95 % intervals, from {study.samples:,} samples. Met: the whole interval of the yield lies at or above "
-        f"{100 * target:.6g} %. Not met: it lies below. Not decided: it holds that value, and more samples are needed.",
+        f"{100 * target:.6g} %. Not met: it lies below. Not decided: it holds that value. {_NOT_KNOWN if unknown else ''}".strip(),
         ("Requirement", "limits", "parts out", "yield", "parts per million out", "verdict"),
         tuple(rows),
         frame.assign(target=target, verdict=[row[-1].text for row in rows]),
         left=(0, 1, 5),
     )
+
+
+_NOT_KNOWN = (
+    "Samples that could not be computed, or that lost contact before they broke a requirement, are not known to be in: the yield "
+    "counts them as out, its interval reaches to where they are in."
+)
+
+
+def _count_out(counted: pd.Series) -> str:
+    """Samples out of a requirement, with those that may be."""
+    least, most = counted["out"], counted["out"] + counted["unknown"]
+    return f"{least:,.0f}" if least == most else f"{least:,.0f} to {most:,.0f}"
 
 
 _TONE = {words.MET: "good", words.BROKEN: "bad", words.OPEN: "open"}
@@ -210,7 +222,8 @@ def capability_table(capability: pd.DataFrame, intervals: Mapping[str, Estimate]
         "capability",
         "Capability of the outputs with 95 % intervals. Cp and Pp need two limits. The indices presume a normal output: where "
         "the parts per million that they promise differ from those counted, trust the count. Last column: where at least "
-        "99.73 % of all parts lie, with 95 % confidence, whatever the distribution (open: too few samples to tell).",
+        "99.73 % of all parts lie, with 95 % confidence, whatever the distribution (open: too few samples to tell). Samples "
+        "without a value for the whole motion are left out.",
         ("Output", *INDICES, "ppm if normal", "ppm counted", "99.73 % of parts"),
         tuple(rows),
         found.join(ends),

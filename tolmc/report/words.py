@@ -21,6 +21,13 @@ PLACES = {
 SAMPLINGS = {"sobol": "scrambled Sobol' points", "latin_hypercube": "Latin hypercube", "random": "random sampling"}
 MET, BROKEN, OPEN = "met", "not met", "not decided"
 
+#: What the outputs of a sample that lost contact say, by the study's on_contact_loss.
+AFTER_LOSS = {
+    "stop": "their outputs hold up to that instant, and what follows is not known",
+    "end": "their motion ends there, as the study has it",
+    "continue": "they go on as if the wall could pull, as the study has it",
+}
+
 _KINDS = {"max": "largest", "min": "smallest"}
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -84,6 +91,14 @@ def estimate(
 def share(value: float, low: float, high: float) -> tuple[str, str]:
     """A share with its interval in percent."""
     return estimate(value, low, high, factor=100.0, suffix=" %", exact=(0.0, 100.0))
+
+
+def share_of(count: float, total: float) -> str:
+    """A count of the samples in percent: 100 % for all of them alone, 0 % for none."""
+    digits = 3
+    while count < total and number(100 * count / total, digits) == "100":
+        digits += 1
+    return f"{number(100 * count / total, digits)} %"
 
 
 def span(low: float, high: float, digits: int = 4) -> str:
