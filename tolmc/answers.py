@@ -14,7 +14,7 @@ import pandas as pd
 
 from tolmc import run_directory
 from tolmc.errors import InputError
-from tolmc.estimators import accelerated_summary
+from tolmc.estimators import MotionsFailed, accelerated_summary
 from tolmc.sensitivity import one_at_a_time, sobol_indices
 from tolmc.stackup import linearise, side_by_side, worst_case
 from tolmc.study import Study
@@ -50,7 +50,7 @@ class Answers:
 def four_answers(study: Study, summary: pd.DataFrame) -> Answers:
     """The answers for every output of ``summary`` (:func:`tolmc.statistics.summarise` of the study's run).
 
-    Correlated dimensions have no Sobol' indices; where motions fail, the accelerated estimate is left out.
+    Correlated dimensions have no Sobol' indices. Where motions fail there is no accelerated estimate, and the table says why.
     """
     outputs = [name for name in summary.index if name not in _NO_ANSWERS]
     tolerances = study.tolerances
@@ -58,12 +58,14 @@ def four_answers(study: Study, summary: pd.DataFrame) -> Answers:
     if not outputs or not tolerances.varied or study.formulation != "slope":
         return Answers()
     model = study_model(study, outputs)
+    accelerated, missing = _accelerated(model, study, outputs)
     return Answers(
         stackup=side_by_side(
-            worst_case(model, tolerances, outputs=outputs),
+            worst_case(model, tolerances, outputs=outputs, interior=True),
             linearise(model, tolerances, outputs=outputs).root_sum_square(),
             summary.loc[outputs],
-            accelerated=_accelerated(model, study, outputs),
+            accelerated=accelerated,
+            missing=missing,
         ),
         sobol_indices=None
         if tolerances.correlation is not None
@@ -84,9 +86,9 @@ def write_answers(directory: str | Path) -> Answers:
     return answers
 
 
-def _accelerated(model, study: Study, outputs: Sequence[str]) -> pd.DataFrame | None:
+def _accelerated(model, study: Study, outputs: Sequence[str]) -> tuple[pd.DataFrame | None, str]:
+    """The accelerated estimate, or why there is none."""
     try:
-        return accelerated_summary(model, study.tolerances, outputs, seed=study.seed)
-    except ValueError:
-        # Motions that fail leave it without an unbiased answer; the other three say what became of them.
-        return None
+        return accelerated_summary(model, study.tolerances, outputs, seed=study.seed), ""
+    except MotionsFailed as error:
+        return None, str(error)

@@ -32,7 +32,7 @@ from scipy.special import stdtrit
 from tolmc.cross_entropy import LEVEL_SAMPLES, find_tail, upper_quantile
 from tolmc.intervals import Observations, Rows
 from tolmc.sampling import SCRAMBLINGS
-from tolmc.surrogate import Model, Surrogate, fit, training_box
+from tolmc.surrogate import Model, MotionsFailed, Surrogate, fit, training_box
 from tolmc.tolerances import Tolerances, from_standard_normal, sample
 
 CONFIDENCE = 0.95
@@ -299,7 +299,7 @@ def importance(
     Raises
     ------
     ValueError
-        For a mean or sd, when no motion reaches a threshold, and when a motion fails.
+        For a mean or sd, when no motion reaches a threshold, and (MotionsFailed) when a motion fails.
     """
     for question in questions:
         if not question.is_tail:
@@ -334,7 +334,7 @@ def _target(question: Question) -> dict[str, float]:
 def _refuse_failures(method: str, values: np.ndarray) -> None:
     failed = int(np.isnan(values).sum())
     if failed:
-        raise ValueError(
+        raise MotionsFailed(
             f"{method}: {failed} of {len(values)} motions failed, so the output is not known everywhere; use plain "
             "or sobol, which bound failed motions both ways, or narrow the tolerances."
         )
@@ -398,7 +398,8 @@ def corrected(
     Raises
     ------
     ValueError
-        When no dimension has a tolerance, when the surrogate reaches no threshold, and when a correcting motion fails.
+        When no dimension has a tolerance, when the surrogate reaches no threshold, and (MotionsFailed) when a correcting
+        motion or too many training motions fail.
     """
     spent = 0
     if surrogate is None:
