@@ -133,7 +133,8 @@ def test_yield_is_joint_and_bounded_by_failed_samples():
 
 
 def test_samples_that_lost_contact_are_not_known_to_be_in():
-    samples = pd.DataFrame({"tilt_max": np.linspace(0.0, 0.9, 10), "tilt_angle": 0.5, "status": ["ok"] * 5 + ["contact lost"] * 5})
+    statuses = ["ok"] * 5 + ["contact lost"] * 5
+    samples = pd.DataFrame({"tilt_max": np.linspace(0.0, 0.9, 10), "tilt_angle": 0.5, "status": statuses})
     specification = {"tilt_max": {"max": 1.0}, "tilt_angle": {"max": 1.0}}
     table = capability(samples, specification=specification)
     assert table["yield"].to_dict() == {"tilt_max": 0.5, "tilt_angle": 1.0, ALL_REQUIREMENTS: 0.5}

@@ -133,7 +133,7 @@ def test_limits_of_the_loss_time_say_what_a_lost_contact_means(samples):
 
 
 def test_unknown_ways_to_take_a_lost_contact_are_refused(samples):
-    with pytest.raises(ValueError, match="on_contact_loss = 'go on'.*stop, continue, end"):
+    with pytest.raises(ValueError, match=r"on_contact_loss = 'go on'.*stop, continue, end"):
         summarise_requirements(samples, specification={"tilt_max": {"max": 1.0}}, on_contact_loss="go on")
 
 

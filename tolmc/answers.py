@@ -6,19 +6,21 @@ Together they take a few thousand motions of their own, next to nothing beside a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
 
 from tolmc import run_directory
+from tolmc.cross_entropy import TailNotReached
 from tolmc.errors import InputError
-from tolmc.estimators import MotionsFailed, accelerated_summary
+from tolmc.estimators import accelerated_summary
 from tolmc.sensitivity import one_at_a_time, sobol_indices
 from tolmc.stackup import linearise, side_by_side, worst_case
 from tolmc.study import Study
 from tolmc.study_model import study_model
+from tolmc.surrogate import MotionsFailed
 
 _INDEX_ROWS = 1024  # times the dimensions and two: intervals of a few percent
 
@@ -30,12 +32,14 @@ _NO_ANSWERS = {"contact_loss_time", "energy_error", "constraint_error"}
 class Answers:
     """Tables of :func:`four_answers`; None where the study leaves nothing to say.
 
-    ``stackup``: :func:`tolmc.stackup.side_by_side`; ``sobol_indices``, ``one_at_a_time``: :mod:`tolmc.sensitivity`.
+    ``stackup``: :func:`tolmc.stackup.side_by_side`; ``sobol_indices``, ``one_at_a_time``: :mod:`tolmc.sensitivity`;
+    ``notes``: what a reader of all of them must know.
     """
 
     stackup: pd.DataFrame | None = None
     sobol_indices: pd.DataFrame | None = None
     one_at_a_time: pd.DataFrame | None = None
+    notes: tuple[str, ...] = ()
 
     def files(self) -> dict[str, pd.DataFrame]:
         """File name -> table, for those there are."""
@@ -71,7 +75,14 @@ def four_answers(study: Study, summary: pd.DataFrame) -> Answers:
         if tolerances.correlation is not None
         else sobol_indices(model, tolerances, outputs=outputs, count=_INDEX_ROWS, seed=study.seed),
         one_at_a_time=one_at_a_time(model, tolerances, outputs=outputs),
+        notes=tuple(_notes(study, summary)),
     )
+
+
+def _notes(study: Study, summary: pd.DataFrame) -> Iterator[str]:
+    lost = summary["contact_loss"].max()
+    if lost > 0 and study.on_contact_loss == "stop":
+        yield f"In {100 * lost:.3g} % of the samples contact is lost: outputs of the motion hold up to that instant."
 
 
 def write_answers(directory: str | Path) -> Answers:
@@ -90,5 +101,5 @@ def _accelerated(model, study: Study, outputs: Sequence[str]) -> tuple[pd.DataFr
     """The accelerated estimate, or why there is none."""
     try:
         return accelerated_summary(model, study.tolerances, outputs, seed=study.seed), ""
-    except MotionsFailed as error:
+    except (MotionsFailed, TailNotReached) as error:
         return None, str(error)

@@ -67,9 +67,9 @@ def capability(
         With ``_low`` and ``_high`` each: ``yield`` and ``ppm``, the share in specification and the parts
         per million out of it, with samples that are not known (:func:`tolmc.statistics.without_value`)
         counted as out and the interval reaching to where they are in; ``Cp``, ``Cpk``, ``Pp``, ``Ppk`` over
-        the other samples (NaN where a limit is missing that the index needs, or nothing varies). Their intervals hold for outputs that are not
-        normal. ``ppm_if_normal``: what Ppk and its other side promise for a normal output; far from
-        ``ppm``, the indices mislead.
+        the other samples (NaN where a limit is missing that the index needs, or nothing varies). Their
+        intervals hold for outputs that are not normal. ``ppm_if_normal``: what Ppk and its other side promise
+        for a normal output; far from ``ppm``, the indices mislead.
     """
     rows = Rows(sampling, confidence, lot_size)
     shares = summarise_requirements(

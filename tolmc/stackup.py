@@ -27,6 +27,8 @@ from tolmc.tolerances import Tolerances
 MAX_CORNER_DIMENSIONS = 14
 #: Points inside the limits for each dimension, from how many of the best a search starts, and how far these lie apart.
 SPREAD, STARTS, APART = 256, 4, 0.25
+#: Percent of the spread: samples that are less than this beyond the worst case are there by the error of search and motion.
+RESOLVED = 0.01
 # Row of the comparison -> column of the Monte Carlo summary.
 QUANTITIES = {"mean": "mean", "sd": "sd", "lower limit": "q0.135", "upper limit": "q99.865"}
 
@@ -365,7 +367,9 @@ def _estimate(kind: str, table: pd.DataFrame | None, name: str, column: str) -> 
 def _surrogate(accelerated: pd.DataFrame | None, name: str) -> dict[str, float]:
     columns = {"accelerated_degree": "degree", "accelerated_held_out": "held_out_share"}
     known = accelerated is not None and name in accelerated.index
-    return {new: accelerated.at[name, old] if known and old in accelerated else math.nan for new, old in columns.items()}
+    return {
+        new: accelerated.at[name, old] if known and old in accelerated else math.nan for new, old in columns.items()
+    }
 
 
 def _worst_value(worst: pd.Series, quantity: str) -> float:
@@ -425,6 +429,6 @@ def _worst_verdict(excess: float, beyond: float, worst: pd.Series) -> tuple[Wors
             f"not known: {worst['failed']} of {worst['evaluations']} motions within the limits have no value",
         )
     how = "" if worst["all_corners"] else " (corners by the signs of the sensitivities)"
-    if beyond > 1e-6:
+    if beyond > RESOLVED:
         return Worst.EXCEEDED, f"misleads: samples go {beyond:.3g} % of the spread beyond it{how}"
-    return Worst.WIDER, f"is {excess:.3g} % of the spread wider{how}"
+    return Worst.WIDER, f"is {max(excess, 0.0):.3g} % of the spread wider{how}"

@@ -177,7 +177,7 @@ def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFr
     return Table(
         "requirements",
         f"Yield with 95 % intervals, from {study.samples:,} samples. Met: the whole interval of the yield lies at or above "
-        f"{100 * target:.6g} %. Not met: it lies below. Not decided: it holds that value. {_NOT_KNOWN if unknown else ''}".strip(),
+        f"{100 * target:.6g} %. Not met: it lies below. Not decided: it holds that value.{_NOT_KNOWN if unknown else ''}",
         ("Requirement", "limits", "parts out", "yield", "parts per million out", "verdict"),
         tuple(rows),
         frame.assign(target=target, verdict=[row[-1].text for row in rows]),
@@ -186,8 +186,8 @@ def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFr
 
 
 _NOT_KNOWN = (
-    "Samples that could not be computed, or that lost contact before they broke a requirement, are not known to be in: the yield "
-    "counts them as out, its interval reaches to where they are in."
+    " Samples that could not be computed, or that lost contact before they broke a requirement, are not known to be in: the "
+    "yield counts them as out, its interval reaches to where they are in."
 )
 
 
