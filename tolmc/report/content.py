@@ -194,7 +194,7 @@ class _Content:
             found += [tables.outputs_table(self.summary), tables.budget_table(self.summary)]
         found.append(tables.statuses_table(count_statuses(self.samples, **self.drawn)))
         if (stackup := self._table("stackup.csv")) is not None:
-            found.append(tables.stackup_table(stackup))
+            found += [tables.stackup_table(stackup), tables.accelerated_table(stackup)]
         if (indices := self._table("sobol_indices.csv")) is not None:
             found.append(tables.indices_table(indices, self.foremost))
         return {table.name: table for table in found if table}

@@ -36,6 +36,7 @@ def number(value: float | None, digits: int = 5) -> str:
     """A number to so many significant digits, without trailing zeros."""
     if value is None or math.isnan(value):
         return NOTHING
+    value += 0.0  # no -0
     if math.isinf(value):
         return f"{MINUS if value < 0 else ''}∞"
     if 10**digits <= abs(value) < 1e9:
@@ -77,7 +78,7 @@ def estimate(
 
     def text(x: float) -> str:
         places = 0 if x in exact else max(decimals, 0)
-        return f"{round(x, decimals):,.{places}f}{suffix}".replace("-", MINUS)
+        return f"{round(x, decimals) + 0.0:,.{places}f}{suffix}".replace("-", MINUS)
 
     if math.isinf(low):
         return text(value), f"up to {text(high)}"
