@@ -26,6 +26,7 @@ from tolmc.report import answer, tables, words, write_report
 from tolmc.run_directory import RunDirectoryError
 from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS, summarise_requirements
 from tolmc.study import load_study
+from tolmc.tolerances import Dimension
 
 JOINT = Path(__file__).parents[1] / "studies" / "paper_joint.toml"
 
@@ -373,6 +374,15 @@ class TestOtherRuns:
         source = f'[dimensions]\nfit = "{fit}"\nhalf_length = {{ diameter = "30mm js7" }}'
         classes = tables._tolerance_classes(replace(study, source=source))
         assert classes == {"bearing_radius": "40 D9", "journal_radius": "40 d9", "half_length": "30 js7"}
+
+    def test_angular_velocities_are_told_in_the_rpm_of_the_study(self):
+        study = load_study(JOINT.with_name("horizontal_shaft.toml"))
+        cells = {cells[0].text: cells[1].plain for cells in tables.constants_table(study).rows}
+        assert cells["Spin rate Ω"] == "75.3982 rad/s (720 rpm)"
+        dimensions = (*study.tolerances.dimensions, Dimension.symmetric("spin_rate", 24 * math.pi, math.pi))
+        varied = replace(study, tolerances=replace(study.tolerances, dimensions=dimensions))
+        assert tables.dimensions_table(varied).rows[-1][3].detail == "690 to 750 rpm"
+        assert tables.dimensions_table(replace(varied, source=study.source.replace("rpm", ""))).rows[-1][3].detail == ""
 
     def test_a_lost_contact_is_not_good_enough(self, tmp_path):
         text = JOINT.read_text().replace("[0, -9.81, 0]", "[0, 9.81, 0]").replace('"1 s"', '"0.05 s"')

@@ -93,7 +93,10 @@ def dimensions_table(study: Study) -> Table:
                     _named(dimension.name),
                     on_drawing,
                     Cell(words.number(nominal, 8), deviations=words.deviations(nominal, low, high)),
-                    words.span(low, high) if high > low else words.number(nominal, 8),
+                    Cell(
+                        words.span(low, high) if high > low else words.number(nominal, 8),
+                        _in_rpm(study, dimension.name, dimension.lower, dimension.upper),
+                    ),
                     unit,
                     words.distribution(dimension),
                 )
@@ -118,6 +121,14 @@ def dimensions_table(study: Study) -> Table:
         pd.DataFrame.from_dict(frame, orient="index").rename_axis("dimension"),
         left=(0, 4, 5),
     )
+
+
+def _in_rpm(study: Study, name: str, *values: float) -> str:
+    """Values of an angular velocity as a study that is written in rpm has them."""
+    if units.SI[name] != "rad/s" or "rpm" not in study.source:
+        return ""
+    ends = dict.fromkeys(words.number(value * 30 / math.pi, 6) for value in values)
+    return f"{' to '.join(ends)} rpm"
 
 
 def _tolerance_classes(study: Study) -> dict[str, str]:
@@ -156,7 +167,10 @@ def constants_table(study: Study) -> Table:
     varied = study.tolerances.names
     held = {name: value for name, value in study.scene.scalars.items() if name not in varied and value != 0}
     held = {name: held[name] for name in SCALARS if name in held}
-    rows = tuple(_cells((_named(name), words.quantity(name, value))) for name, value in held.items())
+    rows = tuple(
+        _cells((_named(name), Cell(words.quantity(name, value), _in_rpm(study, name, value))))
+        for name, value in held.items()
+    )
     frame = pd.DataFrame(
         {"unit": [units.SI[name] for name in held], "value": list(held.values())}, index=pd.Index(held, name="quantity")
     )
