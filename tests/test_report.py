@@ -18,6 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tolmc import geometry, monte_carlo, run_directory, sensitivity, stackup, units
+from tolmc.answers import write_answers
 from tolmc.capability import capability
 from tolmc.cli import main
 from tolmc.errors import InputError
@@ -497,6 +498,15 @@ class TestFurtherTables:
         assert table["worst case"].iloc[0].startswith("–")
         assert table["verdict"].iloc[1].endswith("(samples 3.2 % beyond the worst case)")
         assert "No accelerated estimate: 5 motions failed" in text_of(page_of(extended))
+
+    def test_the_accelerated_yield_stands_beside(self, tmp_path):
+        directory = run_study(tmp_path, f'{GEOMETRY}[specification]\ntilt_angle = {{ max = "0.6 deg" }}\n')
+        write_answers(directory)
+        write_report(directory)
+        row = pd.read_csv(directory / "yields.csv").iloc[0]
+        assert row["monte_carlo_low"] < row["accelerated"] < row["monte_carlo_high"]
+        value, interval = words.share(*row[["accelerated", "accelerated_low", "accelerated_high"]])
+        assert f"{value} {interval}" in text_of(page_of(directory))
 
     def test_the_accelerated_estimate_has_its_table(self, extended):
         stackup = pd.read_csv(extended / "stackup.csv").set_index(["output", "quantity"])

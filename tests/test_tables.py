@@ -108,11 +108,12 @@ def test_answers_show_intervals_surrogate_and_verdicts(tmp_path):
     run(study, samples=4096, out=tmp_path / "run")
     answers = write_answers(tmp_path / "run")
     console = Console(file=StringIO(), width=300)
-    tables.print_answers(answers.stackup, ["A note."], console)
+    tables.print_answers(answers.stackup, answers.yields, ["A note."], console)
     shown = text(console)
     row = answers.stackup.loc[("tilt_angle", "upper limit")]
     assert f"degree {row['accelerated_degree']:.0f}, error {row['accelerated_held_out']:.1g}" in shown
     assert shown.count("±") > 8 and "RSS misleads" in shown and "% wider" in shown and "A note." in shown
+    assert f"{100 * answers.yields.at['tilt_angle', 'accelerated']:.5g} (" in shown
     unknown = answers.stackup.assign(
         worst_case_is=answers.stackup["worst_case_is"].where(answers.stackup["worst_case_is"] == "", "not known"),
         verdict="root sum square agrees; worst case not known: 2 of 8 corners have no value",

@@ -22,6 +22,7 @@ from scipy import special
 from tolmc.intervals import Estimate, Observations, Rows
 from tolmc.sampling import lot_numbers
 from tolmc.statistics import (
+    ALL_REQUIREMENTS,
     ANY_REQUIREMENT,
     CONTACT_LOSS,
     Specification,
@@ -30,7 +31,6 @@ from tolmc.statistics import (
     without_value,
 )
 
-ALL_REQUIREMENTS = "all requirements"
 SIDES = ("both", "lower", "upper")
 
 Samples = TypeVar("Samples")

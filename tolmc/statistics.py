@@ -21,6 +21,7 @@ QUANTILES = {"q0.135": 0.00135, "q5": 0.05, "q50": 0.5, "q95": 0.95, "q99.865": 
 CONTACT_LOST = "contact lost"
 FAILED_STATUSES = ("diverged", "inaccurate", "geometry invalid", "body invalid")
 ANY_REQUIREMENT = "any requirement"
+ALL_REQUIREMENTS = "all requirements"
 CONTACT_LOSS = "contact loss"
 ON_CONTACT_LOSS = ("stop", "continue", "end")
 NOTHING = Estimate(np.nan, np.nan, np.nan)

@@ -189,10 +189,17 @@ def print_comparison(comparison: pd.DataFrame, console: Console | None = None) -
     (console or standard_output()).print(table)
 
 
-def print_answers(stackup: pd.DataFrame, notes: Iterable[str] = (), console: Console | None = None) -> None:
-    """Worst case, root sum square, Monte Carlo and accelerated estimate: :func:`tolmc.stackup.side_by_side`."""
+def print_answers(
+    stackup: pd.DataFrame,
+    yields: pd.DataFrame | None = None,
+    notes: Iterable[str] = (),
+    console: Console | None = None,
+) -> None:
+    """The tables of :class:`tolmc.answers.Answers`: four answers side by side, and the yield by two of them."""
     console = console or standard_output()
     console.print(_answers_table(stackup))
+    if yields is not None:
+        console.print(_yields_table(yields))
     for sentence in [*_answers_notes(stackup), *notes]:
         console.print(escape(sentence), highlight=False)
 
@@ -219,6 +226,20 @@ def _answers_table(stackup: pd.DataFrame) -> Grid:
                 ),
                 _answer_verdict(row),
             )
+    return table
+
+
+def _yields_table(yields: pd.DataFrame) -> Grid:
+    table = _table("Requirement", "Monte Carlo", "accelerated", title="Yield, % of the parts, with 95 % intervals")
+    for name, row in yields.iterrows():
+        table.add_row(
+            units.label(name),
+            *(
+                f"{number_text(100 * row[kind])} [dim]({number_text(100 * row[f'{kind}_low'])} to "
+                f"{number_text(100 * row[f'{kind}_high'])})[/]"
+                for kind in ("monte_carlo", "accelerated")
+            ),
+        )
     return table
 
 

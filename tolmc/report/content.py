@@ -43,6 +43,7 @@ TABLES = {
     "summary.csv": "output",
     "stackup.csv": ["output", "quantity"],
     "sobol_indices.csv": ["output", "dimension"],
+    "yields.csv": "requirement",
     "one_at_a_time.csv": "dimension",
 }
 
@@ -183,7 +184,8 @@ class _Content:
         """Those that have something to say."""
         found = [tables.dimensions_table(self.study), tables.constants_table(self.study)]
         if self.study.specification:
-            found.append(tables.requirements_table(self.study, self.shares, self.capability, self.target))
+            yields = self._table("yields.csv")
+            found.append(tables.requirements_table(self.study, self.shares, self.capability, self.target, yields))
             found.append(tables.capability_table(self.capability, self._tolerance_intervals()))
         if self.inputs:
             directions = sensitivity.rank_correlation(self.examined, **self._of_examined)

@@ -179,8 +179,14 @@ def constants_table(study: Study) -> Table:
     )
 
 
-def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFrame, target: float) -> Table:
-    """Yield and parts per million of every requirement and of all together, judged against a target yield."""
+def requirements_table(
+    study: Study, shares: pd.DataFrame, capability: pd.DataFrame, target: float, yields: pd.DataFrame | None = None
+) -> Table:
+    """Yield and parts per million of every requirement and of all together, judged against a target yield.
+
+    ``yields`` are from :mod:`tolmc.answers`; where there are none the accelerated yield has no column.
+    """
+    yields = pd.DataFrame() if yields is None else yields
     rows, unknown = [], shares.loc[ANY_REQUIREMENT, "unknown"]
     for name, row in capability.iterrows():
         counted = shares.loc[ANY_REQUIREMENT if name == ALL_REQUIREMENTS else name]
@@ -193,6 +199,7 @@ def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFr
                     words.limits(name, counted["minimum"], counted["maximum"]),
                     _count_out(counted),
                     words.share(*_estimate(row, "yield")),
+                    *([words.share(*_estimate(yields.loc[name], "accelerated"))] if name in yields.index else []),
                     words.estimate(*_estimate(row, "ppm")),
                     Cell(verdict, tone=_TONE[verdict]),
                 )
@@ -202,11 +209,21 @@ def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFr
     return Table(
         "requirements",
         f"Yield with 95 % intervals, from {study.samples:,} samples. Met: the whole interval of the yield lies at or above "
-        f"{100 * target:.6g} %. Not met: it lies below. Not decided: it holds that value.{_NOT_KNOWN if unknown else ''}",
-        ("Requirement", "limits", "parts out", "yield", "parts per million out", "verdict"),
+        f"{100 * target:.6g} %. Not met: it lies below. Not decided: it holds that value."
+        + (_NOT_KNOWN if unknown else "")
+        + (_ACCELERATED if len(yields) else ""),
+        (
+            "Requirement",
+            "limits",
+            "parts out",
+            "yield",
+            *(["accelerated yield"] if len(yields) else []),
+            "parts per million out",
+            "verdict",
+        ),
         tuple(rows),
         frame.assign(target=target, verdict=[row[-1].text for row in rows]),
-        left=(0, 1, 5),
+        left=(0, 1, len(rows[0]) - 1),
     )
 
 
@@ -214,6 +231,8 @@ _NOT_KNOWN = (
     " Samples that could not be computed, or that lost contact before they broke a requirement, are not known to be in: the "
     "yield counts them as out, its interval reaches to where they are in."
 )
+
+_ACCELERATED = " Accelerated: from a polynomial corrected by a few hundred true motions of its own."
 
 
 def _count_out(counted: pd.Series) -> str:
