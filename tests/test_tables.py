@@ -136,6 +136,17 @@ def test_requirements_with_failed_samples_are_bounded_both_ways(tmp_path, consol
     assert "geometry invalid" in text(console)
 
 
+def test_a_lost_contact_is_told_in_the_summary_and_the_answers(tmp_path, console):
+    result = run(write(tmp_path, ("[0, -9.81, 0]", "[0, 9.81, 0]")), samples=200, out=tmp_path / "run")
+    tables.print_result(result, console)
+    shown = " ".join(text(console).split())
+    assert "In 100 % of the samples contact is lost: outputs of the motion hold up to that instant." in shown
+    assert "is counted both ways." in shown and "0 % to 100 %" in shown
+    answers = write_answers(tmp_path / "run")
+    assert answers.notes[0].startswith("In 100 % of the samples contact is lost")
+    assert answers.notes[1].startswith("No accelerated yield: ") and answers.yields is None
+
+
 def test_a_motion_is_shown_with_its_start_and_end(tmp_path, console):
     study = load_study(write(tmp_path))
     trajectory = study_motion(study)

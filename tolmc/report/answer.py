@@ -168,5 +168,5 @@ def _model_error(study: Study) -> Iterator[str]:
     ):
         yield (
             f"With a clearance this large the circle of constant radius may itself misstate the contact forces by "
-            f'{words.number(100 * error, 1)} %: confirm with section = "exact".'
+            f'{words.number(100 * error, 2)} %: confirm with section = "exact".'
         )
