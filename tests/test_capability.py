@@ -132,6 +132,19 @@ def test_yield_is_joint_and_bounded_by_failed_samples():
     assert math.isnan(row["Cpk"])
 
 
+def test_samples_that_lost_contact_are_not_known_to_be_in():
+    statuses = ["ok"] * 5 + ["contact lost"] * 5
+    samples = pd.DataFrame({"tilt_max": np.linspace(0.0, 0.9, 10), "tilt_angle": 0.5, "status": statuses})
+    specification = {"tilt_max": {"max": 1.0}, "tilt_angle": {"max": 1.0}}
+    table = capability(samples, specification=specification)
+    assert table["yield"].to_dict() == {"tilt_max": 0.5, "tilt_angle": 1.0, ALL_REQUIREMENTS: 0.5}
+    assert table.loc["tilt_max", ["yield_low", "yield_high"]].tolist() == [1 - binomial_interval(5, 10)[1], 1.0]
+    first = capability(samples[:5], specification={"tilt_max": {"max": 1.0}})
+    assert table.at["tilt_max", "Ppk"] == pytest.approx(first.at["tilt_max", "Ppk"])
+    chosen = capability(samples, specification=specification, on_contact_loss="continue")
+    assert (chosen["yield"] == 1.0).all()
+
+
 def test_looks_grow_to_the_largest_size():
     looks = Looks(100, 1000, growth=3.0, confidence=0.9)
     assert looks.sizes == (100, 300, 900, 1000)

@@ -96,6 +96,18 @@ def test_replay_shows_one_sample(tmp_path):
     assert invoke("replay", "here", "--sample", 30).exit_code == 2
 
 
+def test_answers_and_report_of_more_dimensions_than_have_corners(tmp_path):
+    names = ("mass", "alpha", "beta", "spin", "alpha_rate", "beta_rate", "spin_rate", *(f"gravity_{c}" for c in "xyz"))
+    names += tuple(f"center_of_mass_{c}" for c in "xyz")
+    varied = "\n".join(f"{name} = {{ tolerance = 1e-4 }}" for name in names)
+    study = write(tmp_path, ("[body]", f"{varied}\n[body]"), *GEOMETRY)
+    invoke("run", study, "--samples", 200, "--out", "here")
+    result = invoke("answers", "here")
+    assert result.exit_code == 0 and "RSS" in result.stdout and "…" not in result.stdout
+    assert "corners by the signs of the sensitivities" in pd.read_csv("here/stackup.csv")["verdict"].iloc[-1]
+    assert invoke("report", "here").exit_code == 0 and os.path.exists("here/report.html")
+
+
 def test_titles_and_folders_may_hold_any_characters(tmp_path):
     path = write(tmp_path, ("A small study", "50 [bold] $x_{$ ψ \\\\n [/]"), *GEOMETRY)
     result = invoke("run", path, "--samples", 100, "--out", "[red] $y")

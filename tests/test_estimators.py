@@ -7,7 +7,9 @@ from scipy.stats import norm, truncnorm
 from tolmc import tilt_angle
 from tolmc.cross_entropy import Proposal, find_tail, upper_quantile
 from tolmc.distributions import Normal, Uniform
-from tolmc.estimators import Question, accelerated_summary, corrected, importance, plain, sobol
+from tolmc.estimators import Question, accelerated_summary, accelerated_yield, corrected, importance, plain, sobol
+from tolmc.statistics import ALL_REQUIREMENTS
+from tolmc.surrogate import MotionsFailed
 from tolmc.tolerances import Dimension, Tolerances
 
 NAMES = ("alpha", "beta", "spin")
@@ -247,6 +249,35 @@ def test_accelerated_summary_of_the_tilt_angle_against_quadrature():
         assert table.loc["double", name] == pytest.approx(2.0 * value, rel=1e-4)
     assert row["held_out_share"] < 1e-9
     assert row["motions"] < 1200
+
+
+def corner_model(inputs):
+    x, y = inputs["alpha"].to_numpy(), inputs["beta"].to_numpy()
+    return pd.DataFrame({"y": x + 0.02 * np.abs(x - 0.5), "z": y**3})
+
+
+@pytest.mark.parametrize(
+    ("limits", "truths"),
+    [
+        # y <= 1.008 where x <= (1.008 + 0.01)/1.02; z between where y is.
+        ({"y": {"max": 1.008}, "z": {"min": 0.05**3, "max": 0.9**3}}, (1.018 / 1.02, 0.85)),
+        ({"y": {"max": 0.5}, "z": {"max": 0.5**3}}, (0.5, 0.5)),
+    ],
+)
+def test_accelerated_yield_is_unbiased_and_covers(limits, truths):
+    tables = [accelerated_yield(corner_model, UNIFORM, limits, motions=128, training=128, seed=k) for k in range(60)]
+    for name, truth in zip(("y", "z", ALL_REQUIREMENTS), (*truths, np.prod(truths)), strict=True):
+        rows = pd.DataFrame([table.loc[name] for table in tables])
+        assert abs(rows["yield"].mean() - truth) < 4.0 * rows["yield"].std() / 60**0.5 + 1e-12
+        assert ((rows["yield_low"] <= truth) & (truth <= rows["yield_high"])).mean() >= 0.86
+
+
+def test_a_yield_of_everything_is_not_certain():
+    row = accelerated_yield(linear, NORMAL, {"y": {"max": 20 * SD}}).loc["y"]
+    assert row["yield"] == row["yield_high"] == 1.0 and 0.999 < row["yield_low"] < 1.0
+    assert accelerated_yield(linear, NORMAL, {"y": {"max": 20 * SD}}).index.tolist() == ["y"]
+    with pytest.raises(MotionsFailed, match="motions failed"):
+        accelerated_yield(failing, NORMAL, {"y": {"max": SD}})
 
 
 def test_outputs_that_do_not_vary():

@@ -5,6 +5,7 @@ import html
 import json
 import math
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -17,12 +18,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tolmc import geometry, monte_carlo, run_directory, sensitivity, stackup, units
+from tolmc.answers import write_answers
 from tolmc.capability import capability
 from tolmc.cli import main
 from tolmc.errors import InputError
 from tolmc.intervals import Estimate
-from tolmc.report import words, write_report
+from tolmc.report import answer, tables, words, write_report
 from tolmc.run_directory import RunDirectoryError
+from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS, summarise_requirements
+from tolmc.study import load_study
+from tolmc.tolerances import Dimension
 
 JOINT = Path(__file__).parents[1] / "studies" / "paper_joint.toml"
 
@@ -362,6 +367,72 @@ class TestOtherRuns:
         assert "computed from the scatter among the lots" in text
         assert "Interactions and correlation" in text
 
+    @pytest.mark.parametrize(
+        "fit", ["40 D9/d9", "40D9/d9", "⌀ 40 D9/d9", "40mm D9/d9", "40 mm D9 / d9", "Ø40mmD9/ d9", "40.0 D9/d9"]
+    )
+    def test_fits_read_alike_however_they_are_spaced(self, fit):
+        study = load_study(JOINT)
+        source = f'[dimensions]\nfit = "{fit}"\nhalf_length = {{ diameter = "30mm js7" }}'
+        classes = tables._tolerance_classes(replace(study, source=source))
+        assert classes == {"bearing_radius": "40 D9", "journal_radius": "40 d9", "half_length": "30 js7"}
+
+    def test_angular_velocities_are_told_in_the_rpm_of_the_study(self):
+        study = load_study(JOINT.with_name("horizontal_shaft.toml"))
+        cells = {cells[0].text: cells[1].plain for cells in tables.constants_table(study).rows}
+        assert cells["Spin rate Ω"] == "75.3982 rad/s (720 rpm)"
+        dimensions = (*study.tolerances.dimensions, Dimension.symmetric("spin_rate", 24 * math.pi, math.pi))
+        varied = replace(study, tolerances=replace(study.tolerances, dimensions=dimensions))
+        assert tables.dimensions_table(varied).rows[-1][3].detail == "690 to 750 rpm"
+        assert tables.dimensions_table(replace(varied, source=study.source.replace("rpm", ""))).rows[-1][3].detail == ""
+
+    def test_a_lost_contact_is_not_good_enough(self, tmp_path):
+        text = JOINT.read_text().replace("[0, -9.81, 0]", "[0, 9.81, 0]").replace('"1 s"', '"0.05 s"')
+        text = text.replace('max = "24.45 deg"', 'max = "40 deg"').replace('max = "5.085 N"', 'max = "50 N"')
+        directory = run_study(tmp_path, text, samples=2048)
+        write_report(directory)
+        read = text_of(page_of(directory))
+        assert (
+            "Not decided: in 100 % of the samples the journal leaves the wall, and what follows is not known." in read
+        )
+        assert "At least 0 % and at most 100 % of the samples meet every requirement" in read
+        table = pd.read_csv(directory / "tables" / "requirements.csv").set_index("requirement")
+        assert table["verdict"].to_dict() == {
+            "tilt_angle": "met", "contact_force_D_max": "not decided", "all requirements": "not decided",
+        }  # fmt: skip
+        assert table.loc["contact_force_D_max", ["yield", "yield_high"]].tolist() == [0, 1]
+        capable = pd.read_csv(directory / "tables" / "capability.csv")["requirement"]
+        assert list(capable) == ["tilt_angle"]  # no force is known for a whole motion
+
+    @pytest.mark.parametrize(
+        ("lost", "in_limits", "headline"),
+        [
+            (
+                1,
+                True,
+                "Yes, the tolerances are good enough, though in 0.0244 % of the samples the journal leaves the wall.",
+            ),
+            (
+                2000,
+                False,
+                "No, the tolerances are not good enough; in 48.8 % of the samples the journal leaves the wall.",
+            ),
+            (
+                40,
+                True,
+                "Not decided: in 0.977 % of the samples the journal leaves the wall, and what follows is not known.",
+            ),
+        ],
+    )
+    def test_headlines_tell_the_share_that_lost_contact(self, lost, in_limits, headline):
+        statuses = ["contact lost"] * lost + ["ok"] * (4096 - lost)
+        samples = pd.DataFrame({"tilt_max": 0.0 if in_limits else 1.0, "status": statuses})
+        specification = {"tilt_max": {"max": 0.5}}
+        shares = summarise_requirements(samples, specification=specification)
+        row = capability(samples, specification=specification).iloc[0]
+        verdict = words.judged(Estimate(row["yield"], row["yield_low"], row["yield_high"]), 0.997)
+        told = answer._headline(verdict, shares.loc[ANY_REQUIREMENT], shares.loc[CONTACT_LOSS], 0.997)
+        assert told == headline
+
     def test_contact_loss_is_told(self, tmp_path):
         text = JOINT.read_text().replace('alpha_rate = "2 rad/s"', 'alpha_rate = "14 rad/s"')
         text = text.replace('beta_rate = "-3 rad/s"', 'beta_rate = "-12 rad/s"').replace('"1 s"', '"0.3 s"')
@@ -409,8 +480,43 @@ class TestFurtherTables:
     def test_four_answers_side_by_side(self, extended):
         table = markdown_table(extended, "## Worst case, root sum square, Monte Carlo").set_index("Output")
         low, high = np.degrees(self.worst.loc["tilt_angle", ["min", "max"]].astype(float))
-        assert numbers_in(table.at["Tilt angle ψ (deg)", "worst case"])[:2] == pytest.approx([low, high], abs=5e-4)
-        assert list(table["verdict"]) == ["not decided", "not decided"]  # 320 samples do not know these quantiles
+        shown = [numbers_in(text)[0] for text in table["worst case"].iloc[:2]]
+        assert shown == pytest.approx([low, high], abs=5e-4)
+        assert list(table["limit"]) == ["lower", "upper"] * 2 and table.index[2] == "Effective radius r (mm)"
+        # 320 samples do not know these quantiles.
+        assert list(table["verdict"]) == ["root sum square not decided"] * 4
+
+    def test_a_worst_case_that_is_exceeded_or_not_known_is_told(self, extended):
+        stackup = pd.read_csv(extended / "stackup.csv").set_index(["output", "quantity"])
+        stackup.loc[("tilt_angle", "upper limit"), ["worst_case_is", "beyond_percent"]] = ["exceeded", 3.25]
+        stackup.loc[("tilt_angle", "lower limit"), ["worst_case_is", "worst_case"]] = ["not known", math.nan]
+        stackup["accelerated_missing"] = "5 motions failed"
+        stackup.to_csv(extended / "stackup.csv")
+        write_report(extended)
+        table = markdown_table(extended, "## Worst case, root sum square, Monte Carlo")
+        assert table["verdict"].iloc[0] == "root sum square not decided (worst case not known)"
+        assert table["worst case"].iloc[0].startswith("–")
+        assert table["verdict"].iloc[1].endswith("(samples 3.2 % beyond the worst case)")
+        assert "No accelerated estimate: 5 motions failed" in text_of(page_of(extended))
+
+    def test_the_accelerated_yield_stands_beside(self, tmp_path):
+        directory = run_study(tmp_path, f'{GEOMETRY}[specification]\ntilt_angle = {{ max = "0.6 deg" }}\n')
+        write_answers(directory)
+        write_report(directory)
+        row = pd.read_csv(directory / "yields.csv").iloc[0]
+        assert row["monte_carlo_low"] < row["accelerated"] < row["monte_carlo_high"]
+        value, interval = words.share(*row[["accelerated", "accelerated_low", "accelerated_high"]])
+        assert f"{value} {interval}" in text_of(page_of(directory))
+
+    def test_the_accelerated_estimate_has_its_table(self, extended):
+        stackup = pd.read_csv(extended / "stackup.csv").set_index(["output", "quantity"])
+        for end, shift in (("", 0.0), ("_low", -1e-4), ("_high", 1e-4)):
+            stackup[f"accelerated{end}"] = stackup["monte_carlo"] + shift
+        stackup = stackup.assign(accelerated_degree=4, accelerated_held_out=2e-5)
+        stackup.to_csv(extended / "stackup.csv")
+        write_report(extended)
+        text = (extended / "report.md").read_text(encoding="utf-8")
+        assert "| degree | held-out error |" in text and re.search(r"\| 4 \| 2·10⁻⁵ \|", text)
 
     def test_curves_and_indices(self, extended):
         page = page_of(extended)

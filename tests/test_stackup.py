@@ -4,6 +4,7 @@ import pytest
 
 from tolmc.distributions import Normal, Uniform
 from tolmc.geometry import tilt_angle
+from tolmc.mechanism import SCALARS
 from tolmc.stackup import linearise, side_by_side, worst_case
 from tolmc.statistics import summarise
 from tolmc.tolerances import Dimension, Tolerances, sample
@@ -57,15 +58,38 @@ def test_corners_without_a_value_are_counted():
     tolerances = in_unit_box(alpha=Uniform(), beta=Uniform())
     row = worst_case(fails_above, tolerances, outputs=["linear"]).loc["linear"]
     assert (row["failed"], row["max"]) == (2, 1.0)
+    assert (row["corners_failed"], row["corners"]) == (2, 4)
     nothing = worst_case(lambda x: polynomial(x) * np.nan, tolerances, outputs=["linear"]).loc["linear"]
     assert np.isnan(nothing["max"])
     assert nothing["max_at"] == "not known"
 
 
-def test_too_many_corners_are_refused(monkeypatch):
-    monkeypatch.setattr("tolmc.stackup.MAX_CORNER_DIMENSIONS", 1)
-    with pytest.raises(ValueError, match=r"2 dimensions .* 2\^2 corners"):
-        worst_case(tilt, JOINT, outputs=["tilt_angle"])
+def test_a_search_of_several_starts_finds_the_higher_of_two_hills():
+    def hills(inputs):
+        x, y = inputs["alpha"].to_numpy(), inputs["beta"].to_numpy()
+        wide, narrow = (np.exp(-(((x - a) ** 2 + (y - a) ** 2) / w**2)) for a, w in ((0.2, 0.3), (0.75, 0.1)))
+        return pd.DataFrame({"height": wide + 1.1 * narrow})
+
+    tolerances = in_unit_box(alpha=Uniform(), beta=Uniform())
+    row = worst_case(hills, tolerances, outputs=["height"], interior=True).loc["height"]
+    assert row["max"] == pytest.approx(1.1, rel=1e-2)
+
+
+def test_many_dimensions_take_the_corners_of_the_sensitivities():
+    names = SCALARS[3:21]  # 2^18 corners
+    signs = np.where(np.arange(18) % 2, 1.0, -1.0)
+
+    def model(inputs):
+        x = inputs[list(names)].to_numpy()
+        return pd.DataFrame({"linear": x @ signs, "bowl": ((x - 1.5) ** 2).sum(axis=1)})
+
+    tolerances = Tolerances(tuple(Dimension(name, 1.5, 1.0, 2.0, Uniform()) for name in names))
+    worst = worst_case(model, tolerances, outputs=["linear", "bowl"])
+    assert worst.loc["linear", ["min", "max"]].tolist() == pytest.approx([-9.0, 9.0])
+    assert worst.loc["bowl", ["min", "max"]].tolist() == [pytest.approx(0.0, abs=1e-3), pytest.approx(18 / 4)]
+    assert not worst["all_corners"].any()
+    verdicts = compared(model, tolerances, ["linear"], count=2048)["verdict"]
+    assert verdicts["linear", "upper limit"].endswith("(corners by the signs of the sensitivities)")
 
 
 def test_root_sum_square_of_a_linear_model_is_exact():
@@ -147,6 +171,26 @@ def test_verdicts_say_where_and_how_far_linear_answers_mislead():
     assert (table.loc["fixed", "verdict"] == "does not vary").all()
 
 
+def test_a_worst_case_with_failed_corners_is_not_known():
+    def fails_above(inputs):
+        return polynomial(inputs).where(inputs["alpha"] < 0.9)
+
+    tolerances = in_unit_box(alpha=Uniform(), beta=Uniform())
+    limit = compared(fails_above, tolerances, ["linear"]).loc["linear", :].loc["upper limit"]
+    assert np.isnan(limit["worst_case"]) and limit["worst_case_is"] == "not known"
+    assert "worst case not known: 2 of 4 corners have no value" in limit["verdict"]
+
+
+def test_samples_beyond_the_worst_case_are_told():
+    tolerances = in_unit_box(alpha=Normal(truncated=False), beta=Normal(truncated=False))
+    limit = compared(polynomial, tolerances, ["linear"]).loc["linear", :].loc["upper limit"]
+    assert limit["worst_case_is"] == "wider"
+    inner = in_unit_box(alpha=Uniform(), beta=Uniform())
+    bowl = compared(polynomial, inner, ["bowl"]).loc["bowl", :]
+    assert bowl["worst_case_is"].to_dict() == {"mean": "", "sd": "", "lower limit": "exceeded", "upper limit": "wider"}
+    assert bowl.at["lower limit", "beyond_percent"] > 10
+
+
 def test_a_small_sample_cannot_tell():
     tolerances = in_unit_box(alpha=Normal(), beta=Normal())
     verdict = compared(polynomial, tolerances, ["linear"], count=256).at[("linear", "upper limit"), "verdict"]
@@ -155,8 +199,10 @@ def test_a_small_sample_cannot_tell():
 
 def test_the_accelerated_estimate_stands_beside():
     tolerances = in_unit_box(alpha=Normal(), beta=Normal())
-    estimate = pd.DataFrame({"mean": [1.5], "mean_low": [1.4], "mean_high": [1.6]}, index=["linear"])
+    columns = {"mean": [1.5], "mean_low": [1.4], "mean_high": [1.6], "degree": [3], "held_out_share": [0.01]}
+    estimate = pd.DataFrame(columns, index=["linear"])
     table = compared(polynomial, tolerances, ["linear", "bowl"], accelerated=estimate)
     names = ["accelerated", "accelerated_low", "accelerated_high"]
     assert table.loc[("linear", "mean"), names].tolist() == [1.5, 1.4, 1.6]
     assert table.loc["bowl", "accelerated"].isna().all()
+    assert table.loc[("linear", "sd"), ["accelerated_degree", "accelerated_held_out"]].tolist() == [3, 0.01]

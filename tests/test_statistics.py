@@ -64,11 +64,12 @@ def test_every_estimate_lies_in_its_interval():
 def test_share_out_of_specification_is_bounded_both_ways(samples):
     limits = {"tilt_max": {"max": 0.45}}
     row = summarise(samples, outputs=["tilt_max", "contact_force_D_max"], specification=limits).loc["tilt_max"]
-    # Out are 0.5 and 0.6 (a sample that lost contact counts with what it did until then); four are not known.
+    # Out are 0.5, a maximum that was too large before contact was lost, and 0.6. Not known are the four that failed and
+    # 0.4, which may have grown after contact was lost.
     assert row["share_least"] == 0.2
-    assert row["share_most"] == pytest.approx(0.6)
+    assert row["share_most"] == pytest.approx(0.7)
     assert (row["share_least_low"], row["share_least_high"]) == binomial_interval(2, 10)
-    assert (row["share_most_low"], row["share_most_high"]) == binomial_interval(6, 10)
+    assert (row["share_most_low"], row["share_most_high"]) == binomial_interval(7, 10)
     assert row["contact_loss"] == 0.2
 
 
@@ -82,9 +83,9 @@ def test_requirements_singly_and_jointly(samples):
     table = summarise_requirements(samples, specification=specification)
     assert list(table.index) == ["tilt_max", "contact_force_D_max", ANY_REQUIREMENT, CONTACT_LOSS]
     assert table["out"].tolist() == [2, 1, 3, 2]
-    assert table["unknown"].tolist() == [4, 4, 4, 4]
+    assert table["unknown"].tolist() == [5, 6, 5, 4]
     assert table.loc[ANY_REQUIREMENT, "share_least"] == 0.3
-    assert table.loc[ANY_REQUIREMENT, "share_most"] == 0.7
+    assert table.loc[ANY_REQUIREMENT, "share_most"] == 0.8
     assert table.loc["contact_force_D_max", ["minimum", "maximum"]].tolist() == [1.5, 8.0]
     assert np.isnan(table.loc["tilt_max", "minimum"])
 
@@ -97,12 +98,43 @@ def test_no_contact_loss_breaks_no_limit_on_its_time(samples):
 def test_a_missing_value_is_not_known_to_be_in(samples):
     samples.loc[0, "tilt_max"] = np.nan
     table = summarise_requirements(samples, specification={"tilt_max": {"max": 0.45}})
-    assert table.loc["tilt_max", "unknown"] == 5
+    assert table.loc["tilt_max", "unknown"] == 6
     both = summarise_requirements(
         samples, specification={"tilt_max": {"max": 0.45}, "contact_force_D_max": {"max": 0.5}}
     )
     # Sample 0 breaks the other limit: it is out, whatever its tilt is.
     assert both.loc[ANY_REQUIREMENT, "unknown"] == 4
+
+
+@pytest.mark.parametrize(
+    ("name", "limits", "on_contact_loss", "out", "unknown"),
+    [
+        ("contact_force_D_max", {"max": 4.5}, "stop", 1, 1),  # 5 N stay out, 4 N may grow
+        ("contact_force_D_max", {"min": 4.5}, "stop", 0, 2),  # either may grow
+        ("contact_force_D_min", {"min": 4.5}, "stop", 1, 1),
+        ("contact_force_D_mean", {"max": 4.5}, "stop", 0, 2),  # a mean may turn
+        ("contact_force_D_mean", {"max": 4.5}, "continue", 1, 0),
+        ("contact_force_D_mean", {"max": 4.5}, "end", 1, 0),
+        ("tilt_angle", {"max": 4.5}, "stop", 1, 0),  # geometry, whatever moves
+    ],
+)
+def test_a_lost_contact_leaves_the_rest_of_the_motion_unknown(name, limits, on_contact_loss, out, unknown):
+    samples = pd.DataFrame({name: [4.0, 5.0], "contact_loss_time": [0.1, 0.2], "status": "contact lost"})
+    table = summarise_requirements(samples, specification={name: limits}, on_contact_loss=on_contact_loss)
+    assert table.loc[name, ["out", "unknown"]].tolist() == [out, unknown]
+    assert table.loc[ANY_REQUIREMENT, ["out", "unknown"]].tolist() == [out, unknown]
+
+
+def test_limits_of_the_loss_time_say_what_a_lost_contact_means(samples):
+    specification = {"contact_force_D_max": {"max": 5.5}, "contact_loss_time": {"min": 0.5}}
+    table = summarise_requirements(samples, specification=specification)
+    assert table.loc["contact_force_D_max", ["out", "unknown"]].tolist() == [1, 4]
+    assert table.loc["contact_loss_time", ["out", "unknown"]].tolist() == [1, 4]
+
+
+def test_unknown_ways_to_take_a_lost_contact_are_refused(samples):
+    with pytest.raises(ValueError, match=r"on_contact_loss = 'go on'.*stop, continue, end"):
+        summarise_requirements(samples, specification={"tilt_max": {"max": 1.0}}, on_contact_loss="go on")
 
 
 def test_requirements_without_specification_tell_of_contact_loss(samples):
@@ -143,6 +175,8 @@ def test_error_budget_sets_integration_beside_sampling():
     assert budget["integration"] == 1e-3
     assert budget["mean"] == pytest.approx(1.96 / 100, rel=0.03)
     assert budget["ratio"] == pytest.approx(1e-3 / budget[["mean", "sd"]].min())
+    # An error relative to a force that pulls comes with the force's sign.
+    assert error_budget(summary.assign(integration_error=-1e-3)).at["a", "integration"] == 1e-3
 
 
 def test_summary_survives_a_csv_file(tmp_path):

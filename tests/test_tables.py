@@ -1,11 +1,13 @@
 import math
 from io import StringIO
 
+import pandas as pd
 import pytest
 from rich.console import Console
 from small_study import GEOMETRY, write
 
 from tolmc import tables
+from tolmc.answers import write_answers
 from tolmc.monte_carlo import run
 from tolmc.motion import study_motion
 from tolmc.study import load_study
@@ -28,7 +30,9 @@ def text(console):
         ((24.32776, 24.327749, 24.327761), 6, "24.3278"),
         ((24.32776, 20.0, 30.0), 6, "24.3\n±5.7"),
         ((24.32776, 24.32776, 24.32776), 6, "24.3278"),
-        ((0.0, 0.0, 0.0), 6, "0.00000"),
+        ((0.0, 0.0, 0.0), 6, "0"),
+        ((0.0, -math.inf, 0.0), 6, "0\nopen"),
+        ((-0.0004, -0.11, 0.11), 6, "0.00\n±0.11"),
         ((1234567.0, 1234000.0, 1235000.0), 6, "1.23457e+06\n±6e+02"),
         ((0.00035996, 0.00035989, 0.00036003), 4, "0.0003600\n±7e-08"),
         ((5.5, -math.inf, 5.5), 6, "5.50000\nopen"),
@@ -65,6 +69,63 @@ def test_a_result_fits_a_terminal(tmp_path, console):
         assert words in shown or words == "± 0"
 
 
+@pytest.mark.parametrize(("width", "parts"), [(81, 3), (80, 4), (30, 8)])
+def test_nothing_is_cut_on_a_narrow_terminal(width, parts):
+    names = [f"column number {i}" for i in range(8)]
+    table = tables._table("Output", *names, title="A table")
+    table.add_row("Contact force N_D, max", *(f"{i}.123456 ±0.0001" for i in range(8)))
+    console = Console(file=StringIO(), width=width)
+    console.print(table)
+    shown = text(console)
+    assert "…" not in shown and max(map(len, shown.splitlines())) <= width
+    assert shown.count("Output") == parts  # each part has the outputs' names
+    if width > 30:
+        assert all(f"{i}.123456 ±0.0001" in shown and names[i] in shown for i in range(8))
+    assert all(shown.count(digit) >= 8 for digit in "123456")  # a column alone that does not fit is folded
+
+
+def test_a_pipe_has_no_width(capsys):
+    table = tables._table("Output", *map(str, range(60)), title="A table")
+    table.add_row("x", *["0.123456789"] * 60)
+    tables.standard_output().print(table)
+    assert capsys.readouterr().out.count("0.123456789") == 60
+
+
+def test_rounding_errors_are_zero_beside_values_of_their_unit(console):
+    names = [f"{key}{end}" for key in ("mean", "sd", "q0.135", "q50", "q99.865") for end in ("", "_low", "_high")]
+    summary = pd.DataFrame(
+        {"used": 10, **{name: [-8.0398e-17, 70.0, 3e-9] for name in names}},
+        index=pd.Index(["contact_force_D_min", "contact_force_D_max", "contact_loss_time"], name="output"),
+    )
+    console.print(tables.summary_table(summary))
+    shown = text(console)
+    assert "e-17" not in shown and "-0" not in shown.replace("3e-09", "")
+    assert "70.000" in shown and "3e-09" in shown  # small beside forces, but a time
+
+
+def test_answers_show_intervals_surrogate_and_verdicts(tmp_path):
+    study = write(tmp_path, *GEOMETRY)
+    run(study, samples=4096, out=tmp_path / "run")
+    answers = write_answers(tmp_path / "run")
+    console = Console(file=StringIO(), width=300)
+    tables.print_answers(answers.stackup, answers.yields, ["A note."], console)
+    shown = text(console)
+    row = answers.stackup.loc[("tilt_angle", "upper limit")]
+    assert f"degree {row['accelerated_degree']:.0f}, error {row['accelerated_held_out']:.1g}" in shown
+    assert shown.count("±") > 8 and "RSS misleads" in shown and "% wider" in shown and "A note." in shown
+    assert f"{100 * answers.yields.at['tilt_angle', 'accelerated']:.5g} (" in shown
+    unknown = answers.stackup.assign(
+        worst_case_is=answers.stackup["worst_case_is"].where(answers.stackup["worst_case_is"] == "", "not known"),
+        verdict="root sum square agrees; worst case not known: 2 of 8 corners have no value",
+        accelerated_missing="5 motions failed",
+        accelerated_degree=math.nan,
+    )
+    console = Console(file=StringIO(), width=300)
+    tables.print_answers(unknown, console=console)
+    assert "Worst case not known: 2 of 8 corners have no value (every limit)." in text(console)
+    assert "No accelerated estimate: 5 motions failed" in text(console)
+
+
 def test_requirements_with_failed_samples_are_bounded_both_ways(tmp_path, console):
     wide = ('nominal = "10 mm", tolerance = ["-0.03 mm", "0 mm"]', 'nominal = "19.95 mm", tolerance = "0.1 mm"')
     result = run(write(tmp_path, wide, *GEOMETRY), samples=2000)
@@ -73,6 +134,17 @@ def test_requirements_with_failed_samples_are_bounded_both_ways(tmp_path, consol
     assert f"0 % to {100 * failed:.3g} %" in text(console)
     tables.print_result(result, console)
     assert "geometry invalid" in text(console)
+
+
+def test_a_lost_contact_is_told_in_the_summary_and_the_answers(tmp_path, console):
+    result = run(write(tmp_path, ("[0, -9.81, 0]", "[0, 9.81, 0]")), samples=200, out=tmp_path / "run")
+    tables.print_result(result, console)
+    shown = " ".join(text(console).split())
+    assert "In 100 % of the samples contact is lost: outputs of the motion hold up to that instant." in shown
+    assert "is counted both ways." in shown and "0 % to 100 %" in shown
+    answers = write_answers(tmp_path / "run")
+    assert answers.notes[0].startswith("In 100 % of the samples contact is lost")
+    assert answers.notes[1].startswith("No accelerated yield: ") and answers.yields is None
 
 
 def test_a_motion_is_shown_with_its_start_and_end(tmp_path, console):

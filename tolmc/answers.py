@@ -6,19 +6,22 @@ Together they take a few thousand motions of their own, next to nothing beside a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
 
 from tolmc import run_directory
+from tolmc.cross_entropy import TailNotReached
 from tolmc.errors import InputError
-from tolmc.estimators import accelerated_summary
+from tolmc.estimators import accelerated_summary, accelerated_yield
 from tolmc.sensitivity import one_at_a_time, sobol_indices
 from tolmc.stackup import linearise, side_by_side, worst_case
+from tolmc.statistics import ALL_REQUIREMENTS, ANY_REQUIREMENT, without_value
 from tolmc.study import Study
 from tolmc.study_model import study_model
+from tolmc.surrogate import Model, MotionsFailed
 
 _INDEX_ROWS = 1024  # times the dimensions and two: intervals of a few percent
 
@@ -30,12 +33,15 @@ _NO_ANSWERS = {"contact_loss_time", "energy_error", "constraint_error"}
 class Answers:
     """Tables of :func:`four_answers`; None where the study leaves nothing to say.
 
-    ``stackup``: :func:`tolmc.stackup.side_by_side`; ``sobol_indices``, ``one_at_a_time``: :mod:`tolmc.sensitivity`.
+    ``stackup``: :func:`tolmc.stackup.side_by_side`; ``sobol_indices``, ``one_at_a_time``: :mod:`tolmc.sensitivity`;
+    ``yields``: by Monte Carlo and accelerated, a row a requirement; ``notes``: what a reader of all of them must know.
     """
 
     stackup: pd.DataFrame | None = None
     sobol_indices: pd.DataFrame | None = None
     one_at_a_time: pd.DataFrame | None = None
+    yields: pd.DataFrame | None = None
+    notes: tuple[str, ...] = ()
 
     def files(self) -> dict[str, pd.DataFrame]:
         """File name -> table, for those there are."""
@@ -43,14 +49,17 @@ class Answers:
             "stackup.csv": self.stackup,
             "sobol_indices.csv": self.sobol_indices,
             "one_at_a_time.csv": self.one_at_a_time,
+            "yields.csv": self.yields,
         }
         return {name: table for name, table in tables.items() if table is not None}
 
 
-def four_answers(study: Study, summary: pd.DataFrame) -> Answers:
+def four_answers(study: Study, summary: pd.DataFrame, requirements: pd.DataFrame) -> Answers:
     """The answers for every output of ``summary`` (:func:`tolmc.statistics.summarise` of the study's run).
 
-    Correlated dimensions have no Sobol' indices; where motions fail, the accelerated estimate is left out.
+    ``requirements`` are from :func:`tolmc.statistics.summarise_requirements`.
+
+    Correlated dimensions have no Sobol' indices. Where motions fail there is no accelerated estimate, and the table says why.
     """
     outputs = [name for name in summary.index if name not in _NO_ANSWERS]
     tolerances = study.tolerances
@@ -58,18 +67,29 @@ def four_answers(study: Study, summary: pd.DataFrame) -> Answers:
     if not outputs or not tolerances.varied or study.formulation != "slope":
         return Answers()
     model = study_model(study, outputs)
+    accelerated, missing = _accelerated(model, study, outputs)
+    yields, unknown = _yields(model, study, requirements)
     return Answers(
         stackup=side_by_side(
-            worst_case(model, tolerances, outputs=outputs),
+            worst_case(model, tolerances, outputs=outputs, interior=True),
             linearise(model, tolerances, outputs=outputs).root_sum_square(),
             summary.loc[outputs],
-            accelerated=_accelerated(model, study, outputs),
+            accelerated=accelerated,
+            missing=missing,
         ),
         sobol_indices=None
         if tolerances.correlation is not None
         else sobol_indices(model, tolerances, outputs=outputs, count=_INDEX_ROWS, seed=study.seed),
         one_at_a_time=one_at_a_time(model, tolerances, outputs=outputs),
+        yields=yields,
+        notes=(*_notes(study, summary), *([f"No accelerated yield: {unknown}"] if unknown else [])),
     )
+
+
+def _notes(study: Study, summary: pd.DataFrame) -> Iterator[str]:
+    lost = summary["contact_loss"].max()
+    if lost > 0 and study.on_contact_loss == "stop":
+        yield f"In {100 * lost:.3g} % of the samples contact is lost: outputs of the motion hold up to that instant."
 
 
 def write_answers(directory: str | Path) -> Answers:
@@ -78,15 +98,43 @@ def write_answers(directory: str | Path) -> Answers:
     summary = opened.path / "summary.csv"
     if not opened.is_complete or not summary.exists():
         raise InputError(f"{directory}: the run is not finished. Finish it with: tolmc run --resume {directory}")
-    answers = four_answers(opened.study(), pd.read_csv(summary).set_index("output"))
+    requirements = pd.read_csv(opened.path / "requirements.csv").set_index("requirement")
+    answers = four_answers(opened.study(), pd.read_csv(summary).set_index("output"), requirements)
     for name, table in answers.files().items():
         opened.write_text(name, table.to_csv(index=table.index.names != [None]))
     return answers
 
 
-def _accelerated(model, study: Study, outputs: Sequence[str]) -> pd.DataFrame | None:
+def _accelerated(model, study: Study, outputs: Sequence[str]) -> tuple[pd.DataFrame | None, str]:
+    """The accelerated estimate, or why there is none."""
     try:
-        return accelerated_summary(model, study.tolerances, outputs, seed=study.seed)
-    except ValueError:
-        # Motions that fail leave it without an unbiased answer; the other three say what became of them.
-        return None
+        return accelerated_summary(model, study.tolerances, outputs, seed=study.seed), ""
+    except (MotionsFailed, TailNotReached) as error:
+        return None, str(error)
+
+
+def _yields(model: Model, study: Study, requirements: pd.DataFrame) -> tuple[pd.DataFrame | None, str]:
+    """Yield by Monte Carlo and accelerated, or why the second is not known; None without a requirement."""
+    specification = study.specification
+    if not specification:
+        return None, ""
+    if "contact_loss_time" in specification:
+        return None, "contact_loss_time is missing where contact is never lost, so that no surrogate follows it"
+    judged = {"specification": specification, "on_contact_loss": study.on_contact_loss}
+
+    def known(inputs: pd.DataFrame) -> pd.DataFrame:
+        found = model(inputs)
+        return found.assign(**{name: found[name].mask(without_value(found, name, **judged)) for name in specification})
+
+    try:
+        accelerated = accelerated_yield(known, study.tolerances, specification, seed=study.seed)
+    except MotionsFailed as error:
+        return None, f"{error} (Motions that lose contact count as failed here.)"
+    counted = requirements.rename(index={ANY_REQUIREMENT: ALL_REQUIREMENTS}).loc[accelerated.index]
+    monte_carlo = {
+        "monte_carlo": 1 - counted["share_most"],
+        "monte_carlo_low": 1 - counted["share_most_high"],
+        "monte_carlo_high": 1 - counted["share_least_low"],
+    }
+    names = {old: old.replace("yield", "accelerated") for old in accelerated}
+    return pd.DataFrame(monte_carlo).join(accelerated.rename(columns=names)), ""

@@ -22,15 +22,15 @@ from scipy import special
 from tolmc.intervals import Estimate, Observations, Rows
 from tolmc.sampling import lot_numbers
 from tolmc.statistics import (
+    ALL_REQUIREMENTS,
     ANY_REQUIREMENT,
     CONTACT_LOSS,
     Specification,
     as_columns,
-    failed,
     summarise_requirements,
+    without_value,
 )
 
-ALL_REQUIREMENTS = "all requirements"
 SIDES = ("both", "lower", "upper")
 
 Samples = TypeVar("Samples")
@@ -53,6 +53,7 @@ def capability(
     sampling: str = "random",
     confidence: float = 0.95,
     lot_size: int = 1,
+    on_contact_loss: str = "stop",
 ) -> pd.DataFrame:
     """A row a requirement and one for all of them: yield, parts per million and capability indices.
 
@@ -64,18 +65,18 @@ def capability(
     -------
     DataFrame, index ``requirement``
         With ``_low`` and ``_high`` each: ``yield`` and ``ppm``, the share in specification and the parts
-        per million out of it, with failed samples counted as out and the interval reaching to where they
-        are in; ``Cp``, ``Cpk``, ``Pp``, ``Ppk`` over the samples that did not fail (NaN where a limit is
-        missing that the index needs, or nothing varies). Their intervals hold for outputs that are not
-        normal. ``ppm_if_normal``: what Ppk and its other side promise for a normal output; far from
-        ``ppm``, the indices mislead.
+        per million out of it, with samples that are not known (:func:`tolmc.statistics.without_value`)
+        counted as out and the interval reaching to where they are in; ``Cp``, ``Cpk``, ``Pp``, ``Ppk`` over
+        the other samples (NaN where a limit is missing that the index needs, or nothing varies). Their
+        intervals hold for outputs that are not normal. ``ppm_if_normal``: what Ppk and its other side promise
+        for a normal output; far from ``ppm``, the indices mislead.
     """
     rows = Rows(sampling, confidence, lot_size)
     shares = summarise_requirements(
-        samples, specification=specification, sampling=sampling, confidence=confidence, lot_size=lot_size
-    )
+        samples, specification=specification, sampling=sampling, confidence=confidence, lot_size=lot_size,
+        on_contact_loss=on_contact_loss,
+    )  # fmt: skip
     shares = shares.drop(index=CONTACT_LOSS).rename(index={ANY_REQUIREMENT: ALL_REQUIREMENTS})
-    unusable = failed(samples)
     table = {}
     for name, row in shares.iterrows():
         low, estimate, high = 1 - row["share_most_high"], 1 - row["share_most"], 1 - row["share_least_low"]
@@ -84,7 +85,8 @@ def capability(
             **as_columns("ppm", Estimate(*(1e6 * (1 - share) for share in (estimate, high, low)))),
         }
         if name in specification:
-            values = np.where(unusable, np.nan, samples[name].to_numpy(float))
+            missing = without_value(samples, name, specification=specification, on_contact_loss=on_contact_loss)
+            values = np.where(missing, np.nan, samples[name].to_numpy(float))
             table[name] |= _indices(Observations(values, rows), row["minimum"], row["maximum"])
     return pd.DataFrame.from_dict(table, orient="index").rename_axis("requirement")
 

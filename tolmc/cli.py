@@ -131,7 +131,7 @@ def answers(directory) -> None:
     if found.stackup is None:
         click.echo("No answers beside the run's own: no dimension varies, or the formulation is not 'slope'.")
     else:
-        tables.print_answers(found.stackup)
+        tables.print_answers(found.stackup, found.yields, found.notes)
         click.echo(f"Written: {directory} ({', '.join(found.files())})")
 
 

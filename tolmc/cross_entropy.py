@@ -24,6 +24,10 @@ MAX_LEVELS = 15
 LEVEL_SAMPLES = 125
 
 
+class TailNotReached(ValueError):
+    """No value of the function lies in the tail that was sought."""
+
+
 @dataclass(frozen=True, eq=False)
 class Proposal:
     """Mixture of the standard normal density and Student's t density in k dimensions.
@@ -104,7 +108,7 @@ def find_tail(
 
     Raises
     ------
-    ValueError
+    TailNotReached
         When the levels stop rising below the threshold.
     """
     if (threshold is None) == (probability is None):
@@ -124,7 +128,7 @@ def find_tail(
         z = proposal.draw(samples, rng)
         weights = proposal.weights(z)
     if not np.any(values >= target):
-        raise ValueError(
+        raise TailNotReached(
             f"find_tail: after {MAX_LEVELS} levels the largest value is {values.max():.6g}, below the threshold {target:.6g}, "
             f"which may be out of reach. Check the threshold, or give more than {samples} samples a level."
         )

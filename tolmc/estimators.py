@@ -21,7 +21,7 @@ A tail uses points of a cross-entropy proposal, weighted back, and keeps those n
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -32,7 +32,8 @@ from scipy.special import stdtrit
 from tolmc.cross_entropy import LEVEL_SAMPLES, find_tail, upper_quantile
 from tolmc.intervals import Observations, Rows
 from tolmc.sampling import SCRAMBLINGS
-from tolmc.surrogate import Model, Surrogate, fit, training_box
+from tolmc.statistics import ALL_REQUIREMENTS, Specification
+from tolmc.surrogate import Model, MotionsFailed, Surrogate, fit, training_box
 from tolmc.tolerances import Tolerances, from_standard_normal, sample
 
 CONFIDENCE = 0.95
@@ -299,7 +300,7 @@ def importance(
     Raises
     ------
     ValueError
-        For a mean or sd, when no motion reaches a threshold, and when a motion fails.
+        For a mean or sd, when no motion reaches a threshold, and (MotionsFailed) when a motion fails.
     """
     for question in questions:
         if not question.is_tail:
@@ -334,7 +335,7 @@ def _target(question: Question) -> dict[str, float]:
 def _refuse_failures(method: str, values: np.ndarray) -> None:
     failed = int(np.isnan(values).sum())
     if failed:
-        raise ValueError(
+        raise MotionsFailed(
             f"{method}: {failed} of {len(values)} motions failed, so the output is not known everywhere; use plain "
             "or sobol, which bound failed motions both ways, or narrow the tolerances."
         )
@@ -398,7 +399,8 @@ def corrected(
     Raises
     ------
     ValueError
-        When no dimension has a tolerance, when the surrogate reaches no threshold, and when a correcting motion fails.
+        When no dimension has a tolerance, when the surrogate reaches no threshold, and (MotionsFailed) when a correcting
+        motion or too many training motions fail.
     """
     spent = 0
     if surrogate is None:
@@ -467,6 +469,72 @@ def accelerated_summary(
     return pd.DataFrame(rows, index=pd.Index(outputs, name="output"))
 
 
+def accelerated_yield(
+    model: Model,
+    tolerances: Tolerances,
+    specification: Specification,
+    *,
+    motions: int = 256,
+    training: int = 256,
+    seed: int = 0,
+) -> pd.DataFrame:
+    """Share of the parts that keep each requirement, and all of them, by a surrogate corrected by true motions.
+
+    An output y with the limits L, U is out where its excess max(y - U, L - y) is above zero; any requirement is broken
+    where the largest of the excesses, each over its output's spread, is. As in :func:`corrected`, the share of Sobol'
+    points whose surrogate is out is corrected by true motions, most of them where the surrogate is near its limit.
+
+    Parameters
+    ----------
+    specification : {output: {"min": limit, "max": limit}}
+    motions : int
+        Expected number of true motions that correct each share.
+
+    Returns
+    -------
+    pandas.DataFrame, index ``requirement``
+        The outputs, and "all requirements" where there are several: ``yield`` with ``_low`` and ``_high``.
+
+    Raises
+    ------
+    ValueError
+        When no dimension has a tolerance, and (MotionsFailed) when a true motion fails.
+    """
+    surrogate = fit(model, training_box(tolerances), list(specification), motions=training, seed=seed)
+    inputs = sample(tolerances, MOMENT_POINTS, sampling="sobol", seed=seed)
+    excess = _excess(surrogate(inputs), specification, surrogate.spread)
+    error = pd.Series(surrogate.held_out) / pd.Series(surrogate.spread).replace(0.0, 1.0)
+    error[ALL_REQUIREMENTS] = error.max()
+    rng, ones = np.random.default_rng([seed, 0xE1]), np.ones(MOMENT_POINTS)
+    rows = {}
+    for name in excess:
+        values = excess[name].to_numpy()
+        keep = _keep_near(0.0, error[name], values, ones, motions)
+        kept = _draw(keep, rng)
+        truth = _excess(model(inputs.iloc[kept]), specification, surrogate.spread)[name].to_numpy()
+        _refuse_failures("accelerated yield", truth)
+        moment = _Corrected(_Weighted(values, ones, SCRAMBLINGS), keep, kept, truth, error[name]).share_above(0.0)
+        out, low, high = _wilson(moment, MOMENT_POINTS)
+        # Where no point is out, or none is in, the surrogate's error still allows some.
+        low, high = min(low, max(out - moment.reach, 0.0)), max(high, min(out + moment.reach, 1.0))
+        rows[name] = {"yield": 1.0 - out, "yield_low": 1.0 - high, "yield_high": 1.0 - low}
+    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("requirement")
+
+
+def _excess(outputs: pd.DataFrame, specification: Specification, spread: Mapping[str, float]) -> pd.DataFrame:
+    """How far each output is out of its limits (negative: in), over its spread, and the largest of them."""
+    table = {
+        name: np.maximum(
+            outputs[name].to_numpy(float) - limits.get("max", np.inf),
+            limits.get("min", -np.inf) - outputs[name].to_numpy(float),
+        )
+        / (spread[name] or 1.0)
+        for name, limits in specification.items()
+    }
+    frame = pd.DataFrame(table)
+    return frame.assign(**{ALL_REQUIREMENTS: frame.max(axis=1, skipna=False)}) if len(table) > 1 else frame
+
+
 def _moment_pool(surrogate, tolerances, motions, seed, rng) -> _Pool:
     inputs = sample(tolerances, MOMENT_POINTS, sampling="sobol", seed=seed)
     keep = np.full(MOMENT_POINTS, min(motions / MOMENT_POINTS, 1.0))
@@ -482,20 +550,21 @@ def _tail_pool(surrogate, tolerances, question, motions, rng) -> _Pool:
     z = proposal.draw(TAIL_POINTS, rng)
     inputs, weights = from_standard_normal(tolerances, z), proposal.weights(z)
     outputs = surrogate(inputs)
-    keep = _keep_near(question, question.sign * outputs[question.output].to_numpy(), weights, surrogate, motions)
+    values = question.sign * outputs[question.output].to_numpy()
+    threshold = question.threshold
+    if threshold is None:
+        threshold = upper_quantile(values, weights / len(values), question.probability)
+    keep = _keep_near(threshold, surrogate.held_out[question.output], values, weights, motions)
     return _Pool(inputs, outputs, weights, 0, keep, _draw(keep, rng))
 
 
-def _keep_near(question, values, weights, surrogate, motions) -> np.ndarray:
+def _keep_near(threshold: float, error: float, values, weights, motions: int) -> np.ndarray:
     """Neyman's allocation for a share, for half of the motions: weight times the deviation of a point's side.
 
     The variance of the side of the threshold is taken as (error/distance)^4, as in :meth:`_Corrected.share_above`. The
     other half is spread evenly: it would find a surrogate that is wrong elsewhere.
     """
-    threshold = question.threshold
-    if threshold is None:
-        threshold = upper_quantile(values, weights / len(values), question.probability)
-    error = max(surrogate.held_out[question.output], np.finfo(float).tiny)
+    error = max(error, np.finfo(float).tiny)
     deviation = weights * (error / np.maximum(np.abs(values - threshold), error)) ** 2
     return np.minimum(0.5 * motions * (deviation / deviation.sum() + 1.0 / len(values)), 1.0)
 

@@ -350,6 +350,7 @@ def failure_sources(
     inputs: Iterable[str],
     specification: Specification | None = None,
     lot_size: int = 1,
+    on_contact_loss: str = "stop",
 ) -> pd.DataFrame:
     """Which dimensions the failures come from: broken requirements, contact loss, failed samples.
 
@@ -368,7 +369,7 @@ def failure_sources(
         dimensions.
     """
     names = _varied(samples, inputs)
-    events = _events(samples, specification or {})
+    events = _events(samples, specification or {}, on_contact_loss)
     orders = {name: np.argsort(samples[name].to_numpy(float), kind="stable") for name in names}
     table = {}
     for event, (happened, known) in events.items():
@@ -379,9 +380,11 @@ def failure_sources(
     return _indexed(table, ("event", "dimension"), (), *columns)
 
 
-def _events(samples: pd.DataFrame, specification: Specification) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def _events(
+    samples: pd.DataFrame, specification: Specification, on_contact_loss: str
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Rows in which each event happened, and rows in which it is known whether it did."""
-    out, known = out_of_specification(samples, specification)
+    out, known = out_of_specification(samples, specification, on_contact_loss=on_contact_loss)
     events = {name: (out[name], known[name]) for name in specification}
     if len(specification) > 1:
         any_out = np.any(list(out.values()), axis=0)

@@ -2,7 +2,9 @@
 
 Every estimate stands with its interval: columns ``name``, ``name_low``, ``name_high``. A failed sample has
 no numbers, so it enters no mean or quantile; shares count it both ways, as lying in specification and as
-lying out of it.
+lying out of it. A sample that lost contact has numbers up to that instant: they enter means and quantiles,
+but do not say what the whole motion would have done, so shares count it both ways too
+(:func:`out_of_specification`).
 """
 
 from __future__ import annotations
@@ -13,16 +15,22 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pandas as pd
 
+from tolmc import units
 from tolmc.intervals import Estimate, Observations, Rows
 
 QUANTILES = {"q0.135": 0.00135, "q5": 0.05, "q50": 0.5, "q95": 0.95, "q99.865": 0.99865}
 CONTACT_LOST = "contact lost"
 FAILED_STATUSES = ("diverged", "inaccurate", "geometry invalid", "body invalid")
 ANY_REQUIREMENT = "any requirement"
+ALL_REQUIREMENTS = "all requirements"
 CONTACT_LOSS = "contact loss"
+ON_CONTACT_LOSS = ("stop", "continue", "end")
 NOTHING = Estimate(np.nan, np.nan, np.nan)
 
 Specification = Mapping[str, Mapping[str, float | None]]
+
+#: Outputs that a loss of contact leaves as they are: the geometry, and the time of the loss itself.
+_SETTLED = (*units.OUTPUTS[:3], "contact_loss_time")
 
 
 def _is_failure(status: str) -> bool:
@@ -50,27 +58,61 @@ def contact_lost(samples: pd.DataFrame) -> np.ndarray:
     return lost
 
 
+def without_value(
+    samples: pd.DataFrame, name: str, *, specification: Specification, on_contact_loss: str = "stop"
+) -> np.ndarray:
+    """(rows,) bool: samples that have no value of the output for the whole motion.
+
+    They failed, or they lost contact where that stops the statistics. A study says what to make of a loss of
+    contact by ``on_contact_loss`` "continue" or "end", or by limits of ``contact_loss_time``; the values of
+    such samples then count as they are.
+
+    Raises
+    ------
+    ValueError
+        For an unknown ``on_contact_loss``.
+    """
+    if on_contact_loss not in ON_CONTACT_LOSS:
+        raise ValueError(f"on_contact_loss = {on_contact_loss!r} is unknown; allowed: {', '.join(ON_CONTACT_LOSS)}.")
+    if name in _SETTLED or on_contact_loss != "stop" or "contact_loss_time" in specification:
+        return failed(samples)
+    return failed(samples) | contact_lost(samples)
+
+
 def out_of_specification(
-    samples: pd.DataFrame, specification: Specification
+    samples: pd.DataFrame, specification: Specification, *, on_contact_loss: str = "stop"
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """For each specified output, rows that are out of its limits and rows that are known to be in or out.
 
-    A failed sample is not known, nor is one without a value; only a missing ``contact_loss_time`` says
-    something: contact was never lost, and no limit is broken.
+    A sample is not known :func:`without_value`, with one exception: an extreme over the motion that leaves its
+    limit before contact is lost is out, whatever follows. Nor is a sample without a number; only a missing
+    ``contact_loss_time`` says something: contact was never lost, and no limit is broken.
 
     Raises
     ------
     ValueError
         For an output that the samples lack, unknown or absent limits, minimum above maximum.
     """
-    unknown = failed(samples)
+    unusable = failed(samples)
     out, known = {}, {}
     for name, limits in specification.items():
         low, high = _limits(samples, name, limits)
         values = samples[name].to_numpy(float)
+        unknown = without_value(samples, name, specification=specification, on_contact_loss=on_contact_loss)
+        unknown &= unusable | ~_stays_out(name, values, low, high)
+        unknown |= np.isnan(values) & (name != "contact_loss_time")
         out[name] = ~unknown & ((values < low) | (values > high))
-        known[name] = ~(unknown | (np.isnan(values) & (name != "contact_loss_time")))
+        known[name] = ~unknown
     return out, known
+
+
+def _stays_out(name: str, values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Rows that are out of the limits however the motion goes on: a maximum only grows, a minimum only falls."""
+    if name.endswith("_max"):
+        return values > high
+    if name.endswith("_min"):
+        return values < low
+    return np.zeros(len(values), bool)
 
 
 def _limits(samples: pd.DataFrame, name: str, limits: Mapping[str, float | None]) -> tuple[float, float]:
@@ -106,6 +148,7 @@ def summarise(
     accuracies: Mapping[str, float] | None = None,
     lot_size: int = 1,
     workers: int = 1,
+    on_contact_loss: str = "stop",
 ) -> pd.DataFrame:
     """A row an output: its estimates with their intervals, in the output's unit.
 
@@ -124,6 +167,8 @@ def summarise(
         Consecutive rows that share a lot (of their scrambling for Sobol').
     workers : int
         Outputs that are summarised at a time.
+    on_contact_loss : "stop", "continue" or "end"
+        What the motions did then; "stop": a sample that lost contact is not known to keep a limit.
 
     Returns
     -------
@@ -139,7 +184,7 @@ def summarise(
     missing = [name for name in outputs if name not in samples]
     if missing:
         raise ValueError(f"output {missing[0]!r} is no column of the samples; allowed: {list(samples)}.")
-    out, known = out_of_specification(samples, specification or {})
+    out, known = out_of_specification(samples, specification or {}, on_contact_loss=on_contact_loss)
     unusable = failed(samples)
     unusable = unusable if unusable.any() else None
     contact_loss = as_columns("contact_loss", rows.share(contact_lost(samples)))
@@ -177,6 +222,7 @@ def summarise_requirements(
     confidence: float = 0.95,
     lot_size: int = 1,
     method: str = "exact",
+    on_contact_loss: str = "stop",
 ) -> pd.DataFrame:
     """A row a requirement, then a row for any of them being broken and one for contact loss.
 
@@ -184,14 +230,14 @@ def summarise_requirements(
     -------
     DataFrame, index ``requirement``
         ``minimum``, ``maximum`` (NaN: none), ``samples``, ``out`` (rows known to be out), ``unknown`` (rows
-        that failed), ``share_least`` and ``share_most`` with ``_low`` and ``_high``: the share that is out
+        :func:`without_value`), ``share_least`` and ``share_most`` with ``_low`` and ``_high``: the share that is out
         with the unknown rows counted in and counted out. The truth for the whole run lies between
         ``share_least`` and ``share_most``; with the confidence stated, that of the population lies between
         ``share_least_low`` and ``share_most_high``. ``method`` is that of
         :func:`tolmc.intervals.binomial_interval`.
     """
     rows = Rows(sampling, confidence, lot_size)
-    out, known = out_of_specification(samples, specification)
+    out, known = out_of_specification(samples, specification, on_contact_loss=on_contact_loss)
     events = {name: (out[name], known[name]) for name in specification}
     if specification:
         any_out = np.any(list(out.values()), axis=0)
@@ -236,6 +282,6 @@ def error_budget(summary: pd.DataFrame) -> pd.DataFrame:
     """
     names = ["mean", "sd", *QUANTILES]
     budget = pd.DataFrame({name: 0.5 * (summary[f"{name}_high"] - summary[f"{name}_low"]) for name in names})
-    budget.insert(0, "integration", summary["integration_error"])
+    budget.insert(0, "integration", summary["integration_error"].abs())
     budget["ratio"] = budget["integration"] / budget[names].min(axis=1)
     return budget

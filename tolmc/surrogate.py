@@ -32,6 +32,11 @@ from tolmc.tolerances import Tolerances
 #: Inputs (a row a sample) -> outputs (a row a sample, a column an output; NaN where the motion failed).
 Model = Callable[[pd.DataFrame], pd.DataFrame]
 
+
+class MotionsFailed(ValueError):
+    """Motions failed, which leaves the outputs unknown where they lie: few motions do not tell how far that reaches."""
+
+
 MAX_DEGREE = 8
 # Twice as many motions as coefficients keep least squares at arcsine points well conditioned.
 MOTIONS_PER_TERM = 2
@@ -175,7 +180,7 @@ def fit(
     Raises
     ------
     ValueError
-        When no input varies, or when too few motions succeed for a polynomial of degree one.
+        When no input varies, or (MotionsFailed) when too few motions succeed for a polynomial of degree one.
     """
     box = {name: (float(low), float(high)) for name, (low, high) in box.items()}
     k = sum(high > low for low, high in box.values())
@@ -189,7 +194,7 @@ def fit(
     good = np.isfinite(values).all(axis=1)
     count = int(good.sum())
     if count < MOTIONS_PER_TERM * (k + 1):
-        raise ValueError(
+        raise MotionsFailed(
             f"Surrogate: {count} of {motions} training motions succeeded; at least {MOTIONS_PER_TERM * (k + 1)} are "
             f"needed for {k} varied inputs. Give more motions, or narrow the tolerances if the motions fail."
         )

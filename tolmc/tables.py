@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 from rich import box
-from rich.console import Console
+from rich.console import Console, ConsoleOptions
 from rich.markup import escape
+from rich.measure import Measurement
 from rich.table import Table
 
 from tolmc import units
+from tolmc.rounding import NEGLIGIBLE, fixed, without_rounding_errors
 from tolmc.section_estimate import section_error_estimate
 
 _CHECKS = ("energy_error", "constraint_error")
 _DIGITS = 5
+#: Columns of the summary table, and their digits.
+_ESTIMATES = {"mean": _DIGITS, "sd": 4, "q0.135": _DIGITS, "q50": _DIGITS, "q99.865": _DIGITS}
+#: Wider than any table.
+_UNLIMITED = 10_000
 
 
-def estimate_text(value: float, low: float, high: float, digits: int = _DIGITS) -> str:
+def estimate_text(value: float, low: float, high: float, digits: int = _DIGITS, *, between: str = "\n") -> str:
     """An estimate, and below it the half-width of its interval to two digits, as far as the estimate's digits go.
 
-    The estimate has at most ``digits`` significant ones; an interval without an end is called open.
+    The estimate has at most ``digits`` significant ones; an interval without an end is called open. ``between`` parts the
+    two.
     """
     if math.isnan(value):
         return "–"
@@ -30,18 +37,21 @@ def estimate_text(value: float, low: float, high: float, digits: int = _DIGITS) 
     decimals = digits - 1 - (math.floor(math.log10(abs(value))) if value else 0)
     if 0 < half < math.inf:
         decimals = min(decimals, 1 - math.floor(math.log10(half)))
-    text = f"{value:.{decimals}f}" if 0 <= decimals <= 7 else f"{value:.{digits if decimals < 0 else 2}g}"
+    if value == 0 and not 0 < half < math.inf:
+        text = "0"
+    else:
+        text = fixed(value, decimals) if 0 <= decimals <= 7 else f"{value:.{digits if decimals < 0 else 2}g}"
     if math.isinf(half):
-        return f"{text}\n[dim]open[/]"
+        return f"{text}{between}[dim]open[/]"
     if half < 0.5 * 10**-decimals:
         return text
     spread = f"{half:.{decimals}f}" if 0 <= decimals <= 5 else f"{half:.1g}"
-    return f"{text}\n[dim]±{spread}[/]"
+    return f"{text}{between}[dim]±{spread}[/]"
 
 
 def number_text(value: float) -> str:
     """A number to five digits."""
-    return "–" if value is None or math.isnan(value) else f"{value:.5g}"
+    return "–" if value is None or math.isnan(value) else f"{value + 0.0:.5g}"  # no -0
 
 
 def share_text(value: float) -> str:
@@ -55,7 +65,7 @@ def share_text(value: float) -> str:
 
 def print_result(result, console: Console | None = None) -> None:
     """The summary of a run: outputs, requirements, what became of the samples, error budget, where it is."""
-    console = console or Console()
+    console = console or standard_output()
     study = result.study
     console.print(
         f"\n[bold]{escape(study.title)}[/]: {study.samples:,} samples, {study.sampling.replace('_', ' ')}, seed {study.seed}"
@@ -63,6 +73,8 @@ def print_result(result, console: Console | None = None) -> None:
     )
     console.print(summary_table(result.summary))
     console.print(requirement_table(result.requirements))
+    for sentence in _contact_notes(result):
+        console.print(sentence, highlight=False)
     console.print(status_table(result.statuses))
     if not math.isnan(result.plan.pilot_error):
         console.print(budget_table(result.summary))
@@ -79,31 +91,36 @@ def print_result(result, console: Console | None = None) -> None:
         )
 
 
-def summary_table(summary: pd.DataFrame) -> Table:
+def _contact_notes(result) -> Iterator[str]:
+    from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS
+
+    lost = result.requirements.loc[CONTACT_LOSS]
+    if lost["out"] and result.study.on_contact_loss == "stop":
+        share = share_text(lost["share_least"])
+        yield f"In {share} of the samples contact is lost: outputs of the motion hold up to that instant."
+    if result.study.specification and result.requirements.at[ANY_REQUIREMENT, "unknown"]:
+        yield "What is not known to keep its limits (motion not computed, or contact lost before) is counted both ways."
+
+
+def summary_table(summary: pd.DataFrame) -> Grid:
     """Mean, sd and quantiles of every output, from :func:`tolmc.statistics.summarise`."""
     table = _table(
         "Output", "mean", "sd", "0.135 %", "median", "99.865 %",
         title="Outputs with 95 % intervals (±, where it reaches the digits shown)",
     )  # fmt: skip
-    for name, row in summary.iterrows():
-        if name in _CHECKS or row["used"] == 0:
-            continue
+    shown = summary[(summary["used"] > 0) & ~summary.index.isin(_CHECKS)]
+    estimates = [f"{key}{end}" for key in _ESTIMATES for end in ("", "_low", "_high")]
+    for name, row in without_rounding_errors(shown, estimates).iterrows():
         unit, factor = units.shown(name)
         estimates = (
             estimate_text(*(factor * row[f"{key}{end}"] for end in ("", "_low", "_high")), digits)
-            for key, digits in (
-                ("mean", _DIGITS),
-                ("sd", 4),
-                ("q0.135", _DIGITS),
-                ("q50", _DIGITS),
-                ("q99.865", _DIGITS),
-            )
+            for key, digits in _ESTIMATES.items()
         )
         table.add_row(f"{units.label(name)}\n[dim]{unit}[/]", *estimates)
     return table
 
 
-def requirement_table(requirements: pd.DataFrame) -> Table:
+def requirement_table(requirements: pd.DataFrame) -> Grid:
     """Share out of specification, from :func:`tolmc.statistics.summarise_requirements`."""
     # Here, because statistics load SciPy's optimisers, a quarter of a second that the table of a motion need not pay.
     from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS
@@ -134,7 +151,7 @@ def _limits_text(name: str, minimum: float, maximum: float) -> str:
     return f"{' and '.join(ends)} {unit}"
 
 
-def status_table(statuses: pd.DataFrame) -> Table:
+def status_table(statuses: pd.DataFrame) -> Grid:
     """What became of the samples, from :func:`tolmc.statistics.count_statuses`."""
     table = _table("Status", "samples", "share", title="What became of the samples")
     for status, row in statuses.iterrows():
@@ -142,7 +159,7 @@ def status_table(statuses: pd.DataFrame) -> Table:
     return table
 
 
-def budget_table(summary: pd.DataFrame) -> Table:
+def budget_table(summary: pd.DataFrame) -> Grid:
     """Integration error beside the sampling intervals' half-widths, from :func:`tolmc.statistics.error_budget`."""
     from tolmc.statistics import error_budget
 
@@ -169,44 +186,126 @@ def print_comparison(comparison: pd.DataFrame, console: Console | None = None) -
                 units.label(output),
                 *(f"{shares[name]:+.3g}" if shares[name] == shares[name] else "–" for name in statistics),
             )
-    (console or Console()).print(table)
+    (console or standard_output()).print(table)
 
 
-def print_answers(stackup: pd.DataFrame, console: Console | None = None) -> None:
-    """Worst case, root sum square, Monte Carlo and accelerated estimate: :func:`tolmc.stackup.side_by_side`."""
-    kinds = {
-        "worst_case": "worst",
-        "root_sum_square": "RSS",
-        "monte_carlo": "MC",
-        "accelerated": "accel.",
-    }
+def print_answers(
+    stackup: pd.DataFrame,
+    yields: pd.DataFrame | None = None,
+    notes: Iterable[str] = (),
+    console: Console | None = None,
+) -> None:
+    """The tables of :class:`tolmc.answers.Answers`: four answers side by side, and the yield by two of them."""
+    console = console or standard_output()
+    console.print(_answers_table(stackup))
+    if yields is not None:
+        console.print(_yields_table(yields))
+    for sentence in [*_answers_notes(stackup), *notes]:
+        console.print(escape(sentence), highlight=False)
+
+
+def _answers_table(stackup: pd.DataFrame) -> Grid:
+    estimated = [f"{kind}{end}" for kind in ("monte_carlo", "accelerated") for end in ("", "_low", "_high")]
+    shown = without_rounding_errors(stackup, ["worst_case", "root_sum_square", *estimated])
     table = _table(
-        "Output",
-        *kinds.values(),
-        "RSS off by",
-        title="Worst case, root sum square (RSS), Monte Carlo (MC), accelerated; off: in % of the spread",
-    )
-    for output in stackup.index.get_level_values("output").unique():
-        unit, scale = units.shown(output)
-        table.add_row(f"[bold]{units.label(output)}[/] ({unit})" if unit else f"[bold]{units.label(output)}[/]")
-        for quantity, row in stackup.loc[output].iterrows():
-            values = [number_text(row[kind] * scale) if kind in row else "–" for kind in kinds]
-            misleads = str(row["verdict"]).startswith("root sum square misleads")
-            error = "–" if np.isnan(row["error_percent"]) else f"{row['error_percent']:+.2g} %"
-            table.add_row(f"  {quantity}", *values, f"[bold red]{error}[/]" if misleads else error)
-    (console or Console()).print(table)
+        "Output", "worst", "RSS", "MC", "accelerated", "verdict",
+        title="Worst case, root sum square (RSS), Monte Carlo (MC), accelerated; 95 % intervals (±); % of the spread",
+    )  # fmt: skip
+    for output in shown.index.get_level_values("output").unique():
+        unit, factor = units.shown(output)
+        answers = shown.loc[output]
+        title = f"[bold]{units.label(output)}[/] ({unit})" if unit else f"[bold]{units.label(output)}[/]"
+        table.add_row(title, "", "", "", _surrogate_text(answers.iloc[0]))
+        for quantity, row in answers.iterrows():
+            table.add_row(
+                f"  {quantity}",
+                *(number_text(row[kind] * factor) for kind in ("worst_case", "root_sum_square")),
+                *(
+                    estimate_text(*(factor * row[f"{kind}{end}"] for end in ("", "_low", "_high")), between=" ")
+                    for kind in ("monte_carlo", "accelerated")
+                ),
+                _answer_verdict(row),
+            )
+    return table
+
+
+def _yields_table(yields: pd.DataFrame) -> Grid:
+    table = _table("Requirement", "Monte Carlo", "accelerated", title="Yield, % of the parts, with 95 % intervals")
+    for name, row in yields.iterrows():
+        table.add_row(
+            units.label(name),
+            *(
+                f"{number_text(100 * row[kind])} [dim]({number_text(100 * row[f'{kind}_low'])} to "
+                f"{number_text(100 * row[f'{kind}_high'])})[/]"
+                for kind in ("monte_carlo", "accelerated")
+            ),
+        )
+    return table
+
+
+def _surrogate_text(row: pd.Series) -> str:
+    """Degree and held-out error of the surrogate behind the accelerated estimate."""
+    if math.isnan(row["accelerated_degree"]):
+        return ""
+    error = row["accelerated_held_out"]
+    return f"[dim]degree {row['accelerated_degree']:.0f}{'' if math.isnan(error) else f', error {error:.1g}'}[/]"
+
+
+def _answer_verdict(row: pd.Series) -> str:
+    parts = [f"RSS {row['root_sum_square_is']}"]
+    if not math.isnan(row["error_percent"]):
+        parts[0] += f" ({_percent_text(row['error_percent'], '+')})"
+    worst = {
+        "wider": f"worst {_percent_text(row['excess_percent'])} wider",
+        "exceeded": f"worst exceeded by {_percent_text(row['beyond_percent'])}",
+        "not known": "worst not known",
+    }
+    if row["worst_case_is"] in worst:
+        parts.append(worst[row["worst_case_is"]])
+    misleads = row["root_sum_square_is"] == "misleads" or row["worst_case_is"] in ("exceeded", "not known")
+    return f"[bold red]{', '.join(parts)}[/]" if misleads else ", ".join(parts)
+
+
+def _percent_text(value: float, sign: str = "") -> str:
+    return f"{value:{sign}.{'0f' if abs(value) > 99 else '2g'}} %"
+
+
+def _answers_notes(stackup: pd.DataFrame) -> Iterator[str]:
+    """What the columns cannot say: a worst case that is not known or exceeded, and the accelerated estimate's grounds."""
+    limits = stackup.loc[stackup["worst_case_is"].isin(("exceeded", "not known")), "verdict"]
+    sentences: dict[str, list[str]] = {}
+    for (output, quantity), verdict in limits.items():
+        sentence = verdict.partition("; ")[2]
+        sentences.setdefault(sentence, []).append(f"{units.label(output)}, {quantity}")
+    limits_of_all = 2 * stackup.index.get_level_values("output").nunique()
+    for sentence, places in sentences.items():
+        where = "every limit" if len(places) == limits_of_all else "; ".join(places)
+        yield f"{sentence[0].upper()}{sentence[1:]} ({where})."
+    missing = stackup["accelerated_missing"].iloc[0]
+    if missing:
+        yield f"No accelerated estimate: {missing}"
+    else:
+        yield (
+            "Accelerated: a polynomial of the degree shown, corrected by true motions; error: its held-out error over the "
+            "output's spread."
+        )
 
 
 def print_trajectory(trajectory, scene, *, title: str, console: Console | None = None) -> None:
     """A motion at some instants, the extremes of its contact forces, and its status."""
-    console = console or Console()
+    console = console or standard_output()
     table = _table("t, s", "X0, mm", "Y0, mm", "tilt, deg", "N_D, N", "N_E, N", title=title)
+    forces = np.where(
+        np.abs(trajectory.contact_force) < NEGLIGIBLE * np.nanmax(np.abs(trajectory.contact_force), initial=0.0),
+        0.0,
+        trajectory.contact_force,
+    )
     for i in np.unique(np.linspace(0, len(trajectory.time) - 1, 11).round().astype(int)):
         table.add_row(
             f"{trajectory.time[i]:.4g}",
-            *(f"{1e3 * x:.5f}" for x in trajectory.origin[i]),
-            f"{np.degrees(trajectory.tilt[i]):.4f}",
-            *(f"{force:.5g}" for force in trajectory.contact_force[i]),
+            *(fixed(1e3 * x, 5) for x in trajectory.origin[i]),
+            fixed(np.degrees(trajectory.tilt[i]), 4),
+            *(number_text(force) for force in forces[i]),
         )
     console.print(table)
     joint = scene.joint
@@ -214,14 +313,14 @@ def print_trajectory(trajectory, scene, *, title: str, console: Console | None =
         f"Largest tilt the clearance allows: {np.degrees(joint.tilt_angle):.7g} deg; "
         f"r = {1e3 * joint.effective_radius:.7g} mm (R* − r* = {1e3 * joint.approximate_radius:.7g} mm)"
     )
-    for name, force in zip(("N_D", "N_E"), trajectory.contact_force.T, strict=True):
-        console.print(f"{name} at the stored instants: {force.min():.5g} to {force.max():.5g} N")
+    for name, force in zip(("N_D", "N_E"), forces.T, strict=True):
+        console.print(f"{name} at the stored instants: {number_text(force.min())} to {number_text(force.max())} N")
     console.print(f"Status: {escape(trajectory.status)}")
 
 
 def print_sample(row: Mapping[str, object], console: Console | None = None) -> None:
     """One row of a run: its inputs and outputs."""
-    console = console or Console()
+    console = console or standard_output()
     table = _table("Quantity", "value", "unit", title="The sample in the run")
     for name, value in row.items():
         if name == "status":
@@ -232,8 +331,43 @@ def print_sample(row: Mapping[str, object], console: Console | None = None) -> N
     console.print(table)
 
 
-def _table(*columns: str, title: str) -> Table:
-    table = Table(title=escape(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
-    for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i == 0 or column == "unit" else "right", no_wrap=True)
-    return table
+def standard_output() -> Console:
+    """The console of standard output; a pipe or a file has no width that a table must fit."""
+    console = Console()
+    return console if console.is_terminal else Console(width=_UNLIMITED)
+
+
+def _table(*columns: str, title: str) -> Grid:
+    return Grid(columns, title)
+
+
+class Grid:
+    """A table that is never cut: columns that do not fit stand below, beside the first column again."""
+
+    def __init__(self, columns: Sequence[str], title: str) -> None:
+        self.columns, self.title, self.rows = tuple(columns), title, []
+
+    def add_row(self, *cells: str) -> None:
+        self.rows.append((*cells, *[""] * (len(self.columns) - len(cells))))
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
+        part = [0]
+        for column in range(1, len(self.columns)):
+            if len(part) > 1 and self._width([*part, column], console, options) > options.max_width:
+                yield self._part(part)
+                part = [0]
+            part.append(column)
+        yield self._part(part)
+
+    def _width(self, part: Sequence[int], console: Console, options: ConsoleOptions) -> int:
+        return Measurement.get(console, options.update(width=_UNLIMITED), self._part(part)).maximum
+
+    def _part(self, part: Sequence[int]) -> Table:
+        title = escape(self.title) if 1 in part or len(self.columns) == 1 else None
+        table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+        for i in part:
+            is_text = i == 0 or self.columns[i] in ("unit", "verdict")
+            table.add_column(self.columns[i], justify="left" if is_text else "right", overflow="fold")
+        for row in self.rows:
+            table.add_row(*(row[i] for i in part))
+        return table

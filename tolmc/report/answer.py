@@ -17,11 +17,7 @@ from tolmc.study import Study
 #: Relative error of the contact forces by the model of the section from which on the answer warns of it.
 NOTEWORTHY = 0.01
 
-_HEADLINES = {
-    words.MET: ("good", "Yes, the tolerances are good enough."),
-    words.BROKEN: ("bad", "No, the tolerances are not good enough."),
-    words.OPEN: ("open", "Not decided: more samples are needed."),
-}
+_TONES = {words.MET: "good", words.BROKEN: "bad", words.OPEN: "open"}
 
 
 @dataclass(frozen=True)
@@ -72,20 +68,51 @@ def answer(
         sentences += _influence(study, shares, contributions(indices).drop(columns=INTERACTIONS).dropna())
     if failure_sources is not None and study.specification:
         sentences += _origin(study, failure_sources)
-    sentences += _contact(shares, watches_contact)
+    sentences += _contact(shares, watches_contact, study.on_contact_loss)
     sentences += _model_error(study)
     if capability.empty:
         return Answer("", "The study sets no requirement: see the outputs below.", tuple(sentences))
     row = capability.iloc[-1]
     found = Estimate(row["yield"], row["yield_low"], row["yield_high"])
-    tone, headline = _HEADLINES[words.judged(found, target)]
-    return Answer(tone, headline, (_yield(study, found, target), *sentences))
+    verdict = words.judged(found, target)
+    together = shares.loc[ANY_REQUIREMENT]
+    return Answer(
+        _TONES[verdict],
+        _headline(verdict, together, shares.loc[CONTACT_LOSS], target),
+        (_yield(study, found, together, target), *sentences),
+    )
 
 
-def _yield(study: Study, found: Estimate, target: float) -> str:
+def _headline(verdict: str, together: pd.Series, lost: pd.Series, target: float) -> str:
+    """The verdict, never without the share of the samples that lost contact."""
+    left = f"in {words.share_of(lost['out'], lost['samples'])} of the samples the journal leaves the wall"
+    if verdict == words.MET:
+        return f"Yes, the tolerances are good enough{f', though {left}' if lost['out'] else ''}."
+    if verdict == words.BROKEN:
+        return f"No, the tolerances are not good enough{f'; {left}' if lost['out'] else ''}."
+    if not 1 - together["share_most"] < target <= 1 - together["share_least"]:
+        return f"Not decided: more samples are needed{f'; {left}' if lost['out'] else ''}."
+    # What is not known decides, however many samples there are.
+    reasons = [f"{left}, and what follows is not known"] if together["unknown"] > lost["unknown"] else []
+    if lost["unknown"]:
+        reasons.append(f"{words.share_of(lost['unknown'], lost['samples'])} of the samples could not be computed")
+    return f"Not decided: {'; '.join(reasons)}."
+
+
+def _yield(study: Study, found: Estimate, together: pd.Series, target: float) -> str:
     value, interval = words.share(*found)
     what = "every requirement" if len(study.specification) > 1 else "the requirement"
-    return f"{value} of the parts meet {what} (95 % interval {interval}); {100 * target:.6g} % are asked for."
+    asked = f"(95 % interval {interval}); {100 * target:.6g} % are asked for."
+    if not together["unknown"]:
+        return f"{value} of the parts meet {what} {asked}"
+    least, most = (words.share_of(row, together["samples"]) for row in _bounds(together))
+    return f"At least {least} and at most {most} of the samples meet {what} {asked}"
+
+
+def _bounds(counted: pd.Series) -> tuple[float, float]:
+    """Samples known to be in, and samples not known to be out."""
+    most = counted["samples"] - counted["out"]
+    return most - counted["unknown"], most
 
 
 def _influence(study: Study, shares: pd.DataFrame, percent: pd.DataFrame) -> Iterator[str]:
@@ -116,18 +143,18 @@ def _origin(study: Study, sources: pd.DataFrame) -> Iterator[str]:
         yield f"Of the parts that break a requirement, {place} of the {words.phrase(strongest.name)}."
 
 
-def _contact(shares: pd.DataFrame, is_watched: bool) -> Iterator[str]:
+def _contact(shares: pd.DataFrame, is_watched: bool, on_contact_loss: str) -> Iterator[str]:
     row = shares.loc[CONTACT_LOSS]
     value, interval = words.share(*(row[f"share_least{end}"] for end in ("", "_low", "_high")))
     if row["out"]:
         yield (
-            f"In {value} of the samples ({interval}) the journal leaves the wall during the motion; their outputs hold up to "
-            "that instant."
+            f"In {value} of the samples ({interval}) the journal leaves the wall during the motion; "
+            f"{words.AFTER_LOSS[on_contact_loss]}."
         )
     elif is_watched:
         yield "In no sample does the journal leave the wall."
     if row["unknown"]:
-        yield f"{row['unknown']:,.0f} samples could not be computed and count as out."
+        yield f"{row['unknown']:,.0f} samples could not be computed: they may meet the requirements or not."
 
 
 def _model_error(study: Study) -> Iterator[str]:
@@ -141,5 +168,5 @@ def _model_error(study: Study) -> Iterator[str]:
     ):
         yield (
             f"With a clearance this large the circle of constant radius may itself misstate the contact forces by "
-            f'{words.number(100 * error, 1)} %: confirm with section = "exact".'
+            f'{words.number(100 * error, 2)} %: confirm with section = "exact".'
         )

@@ -17,7 +17,7 @@ from tolmc.report import notes, tables, words
 from tolmc.report.answer import Answer, answer, question
 from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
 from tolmc.run_directory import RunDirectory, RunDirectoryError
-from tolmc.statistics import count_statuses, failed, summarise_requirements
+from tolmc.statistics import count_statuses, summarise_requirements, without_value
 from tolmc.study import Study
 
 #: Yield that requirements are judged by where the study asks for none: what lies within +-3 sigma of a normal output.
@@ -43,6 +43,7 @@ TABLES = {
     "summary.csv": "output",
     "stackup.csv": ["output", "quantity"],
     "sobol_indices.csv": ["output", "dimension"],
+    "yields.csv": "requirement",
     "one_at_a_time.csv": "dimension",
 }
 
@@ -103,6 +104,11 @@ class _Content:
         return {"sampling": self.study.sampling, "lot_size": self.study.tolerances.lot_size if has_lots else 1}
 
     @property
+    def judged(self) -> dict:
+        """What samples are held against, and what a loss of contact means then."""
+        return {"specification": self.study.specification, "on_contact_loss": self.study.on_contact_loss}
+
+    @property
     def watches_contact(self) -> bool:
         """Whether contact forces were computed, so that a loss of contact was seen."""
         return any(name.startswith("contact_") for name in self.columns)
@@ -132,18 +138,18 @@ class _Content:
 
     @cached_property
     def shares(self) -> pd.DataFrame:
-        return summarise_requirements(self.samples, specification=self.study.specification, **self.drawn)
+        return summarise_requirements(self.samples, **self.judged, **self.drawn)
 
     @cached_property
     def capability(self) -> pd.DataFrame:
         """A row a requirement, and one for all where there are several; empty without any."""
-        found = capability(self.samples, specification=self.study.specification, **self.drawn)
+        found = capability(self.samples, **self.judged, **self.drawn)
         return found if len(self.study.specification) > 1 else found.drop(index=ALL_REQUIREMENTS, errors="ignore")
 
     @cached_property
     def failure_sources(self) -> pd.DataFrame:
         return sensitivity.failure_sources(
-            self.samples, inputs=self.inputs, specification=self.study.specification, lot_size=self.drawn["lot_size"]
+            self.samples, inputs=self.inputs, lot_size=self.drawn["lot_size"], **self.judged
         )
 
     @cached_property
@@ -171,13 +177,15 @@ class _Content:
         sentences = [notes.of_sampling(self.study.samples, **self.drawn)]
         if self.summary is not None:
             sentences.append(notes.of_integration(self.run.record["plan"], self.summary))
-        return [*sentences, *notes.of_contact(self.shares, is_watched=self.watches_contact)]
+        seen = {"is_watched": self.watches_contact, "on_contact_loss": self.study.on_contact_loss}
+        return [*sentences, *notes.of_contact(self.shares, **seen)]
 
     def tables(self) -> dict[str, tables.Table]:
         """Those that have something to say."""
         found = [tables.dimensions_table(self.study), tables.constants_table(self.study)]
         if self.study.specification:
-            found.append(tables.requirements_table(self.study, self.shares, self.capability, self.target))
+            yields = self._table("yields.csv")
+            found.append(tables.requirements_table(self.study, self.shares, self.capability, self.target, yields))
             found.append(tables.capability_table(self.capability, self._tolerance_intervals()))
         if self.inputs:
             directions = sensitivity.rank_correlation(self.examined, **self._of_examined)
@@ -188,15 +196,18 @@ class _Content:
             found += [tables.outputs_table(self.summary), tables.budget_table(self.summary)]
         found.append(tables.statuses_table(count_statuses(self.samples, **self.drawn)))
         if (stackup := self._table("stackup.csv")) is not None:
-            found.append(tables.stackup_table(stackup))
+            found += [tables.stackup_table(stackup), tables.accelerated_table(stackup)]
         if (indices := self._table("sobol_indices.csv")) is not None:
             found.append(tables.indices_table(indices, self.foremost))
         return {table.name: table for table in found if table}
 
     def _tolerance_intervals(self) -> dict[str, Estimate]:
-        unusable = failed(self.samples)
         return {
-            name: tolerance_interval(self.samples[name].mask(unusable), share=TARGET_YIELD, **self.drawn)
+            name: tolerance_interval(
+                self.samples[name].mask(without_value(self.samples, name, **self.judged)),
+                share=TARGET_YIELD,
+                **self.drawn,
+            )
             for name in self.study.specification
         }
 

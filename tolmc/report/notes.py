@@ -62,11 +62,12 @@ def of_sampling(samples: int, *, sampling: str, lot_size: int) -> str:
     )
 
 
-def of_contact(shares: pd.DataFrame, *, is_watched: bool) -> list[str]:
+def of_contact(shares: pd.DataFrame, *, is_watched: bool, on_contact_loss: str) -> list[str]:
     """How many samples lost contact, and how many failed."""
     lost = shares.loc[CONTACT_LOSS]
     value, interval = words.share(*(lost[f"share_least{end}"] for end in ("", "_low", "_high")))
-    seen = f"Contact: the journal left the wall in {lost['out']:,.0f} samples, {value} ({interval})."
+    seen = f"Contact: the journal left the wall in {lost['out']:,.0f} samples, {value} ({interval})"
+    seen += f"; {words.AFTER_LOSS[on_contact_loss]}." if lost["out"] else "."
     failed = (
         f"Failed samples: {lost['unknown']:,.0f} have no numbers. Yields count them as out, and the intervals reach to where "
         "they are in."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -10,11 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from tolmc import units
+from tolmc import fits, units
 from tolmc.capability import ALL_REQUIREMENTS
 from tolmc.intervals import Estimate
 from tolmc.mechanism import SCALARS
 from tolmc.report import words
+from tolmc.rounding import fixed, without_rounding_errors
 from tolmc.sensitivity import INTERACTIONS, contributions
 from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS, error_budget
 from tolmc.study import Study
@@ -91,7 +93,10 @@ def dimensions_table(study: Study) -> Table:
                     _named(dimension.name),
                     on_drawing,
                     Cell(words.number(nominal, 8), deviations=words.deviations(nominal, low, high)),
-                    words.span(low, high) if high > low else words.number(nominal, 8),
+                    Cell(
+                        words.span(low, high) if high > low else words.number(nominal, 8),
+                        _in_rpm(study, dimension.name, dimension.lower, dimension.upper),
+                    ),
                     unit,
                     words.distribution(dimension),
                 )
@@ -118,23 +123,40 @@ def dimensions_table(study: Study) -> Table:
     )
 
 
+def _in_rpm(study: Study, name: str, *values: float) -> str:
+    """Values of an angular velocity as a study that is written in rpm has them."""
+    if units.SI[name] != "rad/s" or "rpm" not in study.source:
+        return ""
+    ends = dict.fromkeys(words.number(value * 30 / math.pi, 6) for value in values)
+    return f"{' to '.join(ends)} rpm"
+
+
 def _tolerance_classes(study: Study) -> dict[str, str]:
     """ISO 286 classes that the study names: {"bearing_radius": "40 H7"}."""
     table = tomllib.loads(study.source)["dimensions"]
     classes = {
-        name: entry["diameter"] for name, entry in table.items() if isinstance(entry, dict) and "diameter" in entry
+        name: _class_text(fits.size_limits(entry["diameter"])[0], entry["diameter"])
+        for name, entry in table.items()
+        if isinstance(entry, dict) and "diameter" in entry
     }
     if "fit" in table:
-        hole, shaft = table["fit"].split("/")
-        size = hole.split()[0]
-        classes |= {"bearing_radius": hole.strip(), "journal_radius": f"{size} {shaft.strip()}"}
+        fit = fits.fit(table["fit"])
+        hole, shaft = fit.designation.split("/")
+        of_hole = _class_text(fit.size, hole)
+        classes |= {"bearing_radius": of_hole, "journal_radius": f"{of_hole.split()[0]} {shaft.strip()}"}
     return classes
+
+
+def _class_text(size: float, designation: str) -> str:
+    """Size (m) and class as a drawing has them: ``40 H7``, however the study writes "⌀ 40mmH7"."""
+    tolerance_class = re.sub(r"^\D*[\d.]+\s*(?:mm)?\s*", "", designation)
+    return f"{words.number(1e3 * size, 8)} {tolerance_class.strip()}"
 
 
 def _on_drawing(name: str, nominal: float, low: float, high: float, classes: Mapping[str, str]) -> Cell:
     sign = "⌀" if name in ("bearing_radius", "journal_radius") else ""
     if name in classes:
-        return Cell(f"{sign}{classes[name].lstrip('⌀Øø∅ ')}")
+        return Cell(f"{sign}{classes[name]}")
     if not sign and name != "half_length":
         return Cell(words.NOTHING)
     return Cell(f"{sign}{words.number(2 * nominal, 8)}", deviations=words.deviations(2 * nominal, 2 * low, 2 * high))
@@ -145,7 +167,10 @@ def constants_table(study: Study) -> Table:
     varied = study.tolerances.names
     held = {name: value for name, value in study.scene.scalars.items() if name not in varied and value != 0}
     held = {name: held[name] for name in SCALARS if name in held}
-    rows = tuple(_cells((_named(name), words.quantity(name, value))) for name, value in held.items())
+    rows = tuple(
+        _cells((_named(name), Cell(words.quantity(name, value), _in_rpm(study, name, value))))
+        for name, value in held.items()
+    )
     frame = pd.DataFrame(
         {"unit": [units.SI[name] for name in held], "value": list(held.values())}, index=pd.Index(held, name="quantity")
     )
@@ -154,9 +179,15 @@ def constants_table(study: Study) -> Table:
     )
 
 
-def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFrame, target: float) -> Table:
-    """Yield and parts per million of every requirement and of all together, judged against a target yield."""
-    rows = []
+def requirements_table(
+    study: Study, shares: pd.DataFrame, capability: pd.DataFrame, target: float, yields: pd.DataFrame | None = None
+) -> Table:
+    """Yield and parts per million of every requirement and of all together, judged against a target yield.
+
+    ``yields`` are from :mod:`tolmc.answers`; where there are none the accelerated yield has no column.
+    """
+    yields = pd.DataFrame() if yields is None else yields
+    rows, unknown = [], shares.loc[ANY_REQUIREMENT, "unknown"]
     for name, row in capability.iterrows():
         counted = shares.loc[ANY_REQUIREMENT if name == ALL_REQUIREMENTS else name]
         verdict = words.judged(_estimate(row, "yield"), target)
@@ -166,8 +197,9 @@ def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFr
                 (
                     label,
                     words.limits(name, counted["minimum"], counted["maximum"]),
-                    f"{counted['out'] + counted['unknown']:,.0f}",
+                    _count_out(counted),
                     words.share(*_estimate(row, "yield")),
+                    *([words.share(*_estimate(yields.loc[name], "accelerated"))] if name in yields.index else []),
                     words.estimate(*_estimate(row, "ppm")),
                     Cell(verdict, tone=_TONE[verdict]),
                 )
@@ -177,12 +209,36 @@ def requirements_table(study: Study, shares: pd.DataFrame, capability: pd.DataFr
     return Table(
         "requirements",
         f"Yield with 95 % intervals, from {study.samples:,} samples. Met: the whole interval of the yield lies at or above "
-        f"{100 * target:.6g} %. Not met: it lies below. Not decided: it holds that value, and more samples are needed.",
-        ("Requirement", "limits", "parts out", "yield", "parts per million out", "verdict"),
+        f"{100 * target:.6g} %. Not met: it lies below. Not decided: it holds that value."
+        + (_NOT_KNOWN if unknown else "")
+        + (_ACCELERATED if len(yields) else ""),
+        (
+            "Requirement",
+            "limits",
+            "parts out",
+            "yield",
+            *(["accelerated yield"] if len(yields) else []),
+            "parts per million out",
+            "verdict",
+        ),
         tuple(rows),
         frame.assign(target=target, verdict=[row[-1].text for row in rows]),
-        left=(0, 1, 5),
+        left=(0, 1, len(rows[0]) - 1),
     )
+
+
+_NOT_KNOWN = (
+    " Samples that could not be computed, or that lost contact before they broke a requirement, are not known to be in: the "
+    "yield counts them as out, its interval reaches to where they are in."
+)
+
+_ACCELERATED = " Accelerated: from a polynomial corrected by a few hundred true motions of its own."
+
+
+def _count_out(counted: pd.Series) -> str:
+    """Samples out of a requirement, with those that may be."""
+    least, most = counted["out"], counted["out"] + counted["unknown"]
+    return f"{least:,.0f}" if least == most else f"{least:,.0f} to {most:,.0f}"
 
 
 _TONE = {words.MET: "good", words.BROKEN: "bad", words.OPEN: "open"}
@@ -210,7 +266,8 @@ def capability_table(capability: pd.DataFrame, intervals: Mapping[str, Estimate]
         "capability",
         "Capability of the outputs with 95 % intervals. Cp and Pp need two limits. The indices presume a normal output: where "
         "the parts per million that they promise differ from those counted, trust the count. Last column: where at least "
-        "99.73 % of all parts lie, with 95 % confidence, whatever the distribution (open: too few samples to tell).",
+        "99.73 % of all parts lie, with 95 % confidence, whatever the distribution (open: too few samples to tell). Samples "
+        "without a value for the whole motion are left out.",
         ("Output", *INDICES, "ppm if normal", "ppm counted", "99.73 % of parts"),
         tuple(rows),
         found.join(ends),
@@ -220,6 +277,7 @@ def capability_table(capability: pd.DataFrame, intervals: Mapping[str, Estimate]
 def outputs_table(summary: pd.DataFrame) -> Table:
     """Estimates of every output with their intervals."""
     shown = summary[(summary["used"] > 0) & ~summary.index.isin(CHECKS)]
+    shown = without_rounding_errors(shown, [f"{key}{end}" for key in STATISTICS for end in ("", "_low", "_high")])
     rows = []
     for name, row in shown.iterrows():
         factor = units.shown(name)[1]
@@ -357,52 +415,114 @@ def statuses_table(statuses: pd.DataFrame) -> Table:
 
 
 def stackup_table(stackup: pd.DataFrame) -> Table:
-    """Worst case, root sum square, Monte Carlo and the accelerated estimate side by side: the limits of each output."""
+    """Worst case, root sum square, Monte Carlo and the accelerated estimate side by side: both limits of each output."""
     stackup = stackup.drop(index=list(CHECKS), level="output", errors="ignore")
     kinds = {"worst_case": "worst case", "root_sum_square": "root sum square", "monte_carlo": "Monte Carlo"}
+    missing = stackup["accelerated_missing"].dropna()
     if stackup["accelerated"].notna().any():
         kinds["accelerated"] = "accelerated"
-    rows = [
-        _side_by_side(name, answers.droplevel("output"), kinds)
-        for name, answers in stackup.groupby("output", sort=False)
-    ]
+    limits = without_rounding_errors(stackup, _in_unit(kinds))
+    limits = limits[limits.index.isin(("lower limit", "upper limit"), level="quantity")]
+    rows = [_side_by_side(name, quantity, row, kinds) for (name, quantity), row in limits.iterrows()]
     return Table(
         "stackup",
         "The limits of each output by worst case (all parts), and by the other methods (99.73 % of the parts). Small print: "
-        "how far worst case and root sum square are from Monte Carlo, in percent of the distance of its limits. Verdict on "
-        "root sum square: it misleads where it leaves the intervals of the Monte Carlo limits by more than 2 %.",
-        ("Output", *kinds.values(), "verdict"),
+        "95 % intervals, and how far worst case and root sum square are from Monte Carlo, in percent of the distance of its "
+        "limits. Root sum square misleads where it leaves the interval of the Monte Carlo limit by more than 2 %; the worst "
+        "case, sought at the corners and inside the limits, is exceeded where samples lie beyond it, and not known where "
+        "motions within the limits have no value."
+        + (f" No accelerated estimate: {missing.iloc[0]}" if len(missing) else ""),
+        ("Output", "limit", *kinds.values(), "verdict"),
         tuple(rows),
         stackup,
-        left=(0, len(kinds) + 1),
+        left=(0, 1, len(kinds) + 2),
     )
 
 
-def _side_by_side(name: str, answers: pd.DataFrame, kinds: Iterable[str]) -> tuple[Cell, ...]:
-    ends, factor = answers.loc[["lower limit", "upper limit"]], units.shown(name)[1]
-    error, excess = ends["error_percent"].abs().max(), ends["excess_percent"].max()
+def _in_unit(kinds: Iterable[str]) -> list[str]:
+    """Columns of the stack-up in the output's unit."""
+    ends = {"monte_carlo": ("", "_low", "_high"), "accelerated": ("", "_low", "_high")}
+    return [f"{kind}{end}" for kind in kinds for end in ends.get(kind, ("",))]
+
+
+def _side_by_side(name: str, quantity: str, row: pd.Series, kinds: Iterable[str]) -> tuple[Cell, ...]:
+    factor = units.shown(name)[1]
+    decimals = _decimals(row, factor)
     details = {
-        "worst_case": f"{words.number(excess, 2)} % wider",
-        "root_sum_square": f"off by up to {words.number(error, 2)} %",
+        "worst_case": _percent_off(row["excess_percent"], "wider"),
+        "root_sum_square": _percent_off(row["error_percent"], "off"),
+        "monte_carlo": _interval(row, "monte_carlo", factor),
+        "accelerated": _interval(row, "accelerated", factor),
     }
-    cells = []
-    for kind in kinds:
-        low, high = ends[kind] * factor
-        is_known = math.isfinite(error) and math.isfinite(high - low) and high > low
-        cells.append(Cell(words.span(low, high, 3), details.get(kind, "")) if is_known else Cell(words.NOTHING))
-    return (_named(name, words.unit(name)), *cells, _linear_verdict(ends["verdict"]))
+    cells = (Cell(_to_decimals(row[kind] * factor, decimals), details[kind]) for kind in kinds)
+    first = _named(name, words.unit(name)) if quantity == "lower limit" else Cell("")
+    return (first, Cell(quantity.split()[0]), *cells, _verdict(row))
 
 
-def _linear_verdict(verdicts: pd.Series) -> Cell:
-    """On root sum square, from the sentences of :func:`tolmc.stackup.side_by_side`."""
-    for part, verdict in (("square misleads", _MISLEADS), ("known", Cell(words.NOTHING)), ("too small", _UNDECIDED)):
-        if verdicts.str.contains(part).any():
-            return verdict
-    return Cell(words.NOTHING) if verdicts.eq("does not vary").any() else _GOOD_ENOUGH
+def _decimals(row: pd.Series, factor: float) -> int:
+    """Decimals that show a thousandth of what the methods differ by."""
+    found = [abs(row[kind] - row["monte_carlo"]) * factor for kind in ("worst_case", "root_sum_square")]
+    difference = max((x for x in found if 0 < x < math.inf), default=0.0)
+    size = abs(row["monte_carlo"]) * factor
+    finest = difference / 100 if difference else size * 1e-4
+    return min(max(-math.floor(math.log10(finest)), 0), 9) if finest > 0 else 0
 
 
-_MISLEADS, _UNDECIDED = Cell("misleads", tone="bad"), Cell(words.OPEN, tone="open")
-_GOOD_ENOUGH = Cell("good enough", tone="good")
+def _to_decimals(value: float, decimals: int) -> str:
+    return words.NOTHING if math.isnan(value) else fixed(value, decimals).replace("-", words.MINUS)
+
+
+def _percent_off(percent: float, of: str) -> str:
+    return "" if math.isnan(percent) else f"{words.number(percent, 2)} % {of}"
+
+
+def _interval(row: pd.Series, kind: str, factor: float) -> str:
+    found = _estimate(row, kind)
+    return "" if math.isnan(found.value) else words.estimate(*found, factor=factor)[1]
+
+
+def _verdict(row: pd.Series) -> Cell:
+    """On root sum square, and below it on the worst case where that misleads."""
+    if row["root_sum_square_is"] == "does not vary":
+        return Cell("does not vary")
+    worst = {
+        "exceeded": f"samples {words.number(row['beyond_percent'], 2)} % beyond the worst case",
+        "not known": "worst case not known",
+    }.get(row["worst_case_is"], "")
+    kind = row["root_sum_square_is"]
+    tone = "bad" if worst or kind == "misleads" else {"good enough": "good", "not decided": "open"}.get(kind, "")
+    return Cell(f"root sum square {kind}", worst, tone=tone)
+
+
+def accelerated_table(stackup: pd.DataFrame) -> Table:
+    """The accelerated estimate of every output, and the surrogate behind it."""
+    stackup = stackup.drop(index=list(CHECKS), level="output", errors="ignore").dropna(subset="accelerated")
+    shown = without_rounding_errors(stackup, _in_unit(("accelerated",)))
+    rows = []
+    for name, answers in shown.groupby("output", sort=False):
+        factor, answers = units.shown(name)[1], answers.droplevel("output")
+        estimates = (words.estimate(*_estimate(answers.loc[q], "accelerated"), factor=factor) for q in answers.index)
+        surrogate = answers.iloc[0]
+        rows.append(
+            _cells(
+                (
+                    _named(name, words.unit(name)),
+                    *estimates,
+                    words.number(surrogate["accelerated_degree"], 2),
+                    words.number(surrogate["accelerated_held_out"], 2),
+                )
+            )
+        )
+    columns = [*_in_unit(("accelerated",)), "accelerated_degree", "accelerated_held_out"]
+    return Table(
+        "accelerated",
+        "The accelerated estimate with 95 % intervals: a polynomial in place of the motion, corrected by true motions, so that "
+        "a poor polynomial widens the interval and nothing else. Degree: that of the polynomial. Held-out error: its error at "
+        "motions that it was not fitted to, over the output's spread.",
+        ("Output", "mean", "sd", "0.135 %", "99.865 %", "degree", "held-out error"),
+        tuple(rows),
+        stackup[columns],
+    )
 
 
 def indices_table(indices: pd.DataFrame, outputs: Iterable[str]) -> Table:

@@ -21,6 +21,13 @@ PLACES = {
 SAMPLINGS = {"sobol": "scrambled Sobol' points", "latin_hypercube": "Latin hypercube", "random": "random sampling"}
 MET, BROKEN, OPEN = "met", "not met", "not decided"
 
+#: What the outputs of a sample that lost contact say, by the study's on_contact_loss.
+AFTER_LOSS = {
+    "stop": "their outputs hold up to that instant, and what follows is not known",
+    "end": "their motion ends there, as the study has it",
+    "continue": "they go on as if the wall could pull, as the study has it",
+}
+
 _KINDS = {"max": "largest", "min": "smallest"}
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -29,6 +36,7 @@ def number(value: float | None, digits: int = 5) -> str:
     """A number to so many significant digits, without trailing zeros."""
     if value is None or math.isnan(value):
         return NOTHING
+    value += 0.0  # no -0
     if math.isinf(value):
         return f"{MINUS if value < 0 else ''}∞"
     if 10**digits <= abs(value) < 1e9:
@@ -70,7 +78,7 @@ def estimate(
 
     def text(x: float) -> str:
         places = 0 if x in exact else max(decimals, 0)
-        return f"{round(x, decimals):,.{places}f}{suffix}".replace("-", MINUS)
+        return f"{round(x, decimals) + 0.0:,.{places}f}{suffix}".replace("-", MINUS)
 
     if math.isinf(low):
         return text(value), f"up to {text(high)}"
@@ -84,6 +92,14 @@ def estimate(
 def share(value: float, low: float, high: float) -> tuple[str, str]:
     """A share with its interval in percent."""
     return estimate(value, low, high, factor=100.0, suffix=" %", exact=(0.0, 100.0))
+
+
+def share_of(count: float, total: float) -> str:
+    """A count of the samples in percent: 100 % for all of them alone, 0 % for none."""
+    digits = 3
+    while count < total and number(100 * count / total, digits) == "100":
+        digits += 1
+    return f"{number(100 * count / total, digits)} %"
 
 
 def span(low: float, high: float, digits: int = 4) -> str:
