@@ -171,14 +171,15 @@ def test_motions_that_lost_contact_are_known_only_when_the_study_says_so():
     assert confirmed.unknown == confirmed.contact_lost == pytest.approx(1000, abs=100)
     assert result.surrogate.contact_lost == 256
     assert f"{confirmed.contact_lost:,} (" in printed(result)
-    known = allocate(TOLERANCES, SPECIFICATION, plan, lost, loss_is_known=True)
+    known = allocate(TOLERANCES, SPECIFICATION, plan, lost, on_contact_loss="continue")
     assert known.is_met and known.confirmed.unknown == 0 and known.confirmed.contact_lost > 0
 
 
-def test_a_limit_broken_before_contact_is_lost_is_known_to_be_broken():
-    inspection = _Inspection(with_status("contact lost", y=2.0 * LIMIT), SPECIFICATION, loss_is_known=False)
+def test_a_limit_broken_before_contact_is_lost_may_still_be_kept_in_the_end():
+    """Only an extreme stays broken; y is none."""
+    inspection = _Inspection(with_status("contact lost", y=2.0 * LIMIT), SPECIFICATION, on_contact_loss="stop")
     found = inspection.yield_of(TOLERANCES, 2000, 1, 0.95)
-    assert found.unknown == 0 and found.contact_lost > 900 and found.high < 0.55
+    assert found.unknown == found.contact_lost > 900 and found.low < 0.55 and found.high == 1.0
 
 
 def test_choices_that_all_fail_are_the_last_tried():

@@ -72,7 +72,7 @@ def test_a_result_fits_a_terminal(tmp_path, console):
 @pytest.mark.parametrize(("width", "parts"), [(81, 3), (80, 4), (30, 8)])
 def test_nothing_is_cut_on_a_narrow_terminal(width, parts):
     names = [f"column number {i}" for i in range(8)]
-    table = tables._table("Output", *names, title="A table")
+    table = tables.Grid("Output", *names, title="A table")
     table.add_row("Contact force N_D, max", *(f"{i}.123456 ±0.0001" for i in range(8)))
     console = Console(file=StringIO(), width=width)
     console.print(table)
@@ -85,7 +85,7 @@ def test_nothing_is_cut_on_a_narrow_terminal(width, parts):
 
 
 def test_a_pipe_has_no_width(capsys):
-    table = tables._table("Output", *map(str, range(60)), title="A table")
+    table = tables.Grid("Output", *map(str, range(60)), title="A table")
     table.add_row("x", *["0.123456789"] * 60)
     tables.standard_output().print(table)
     assert capsys.readouterr().out.count("0.123456789") == 60

@@ -12,7 +12,8 @@ UNITS = sorted(set(units.SI.values()))
 
 def test_every_scalar_and_output_has_a_unit():
     assert set(mechanism.SCALARS) <= set(units.SI)
-    assert set(simulation.OUTPUTS) == set(units.OUTPUTS) <= set(units.SI)
+    assert {*simulation.OUTPUTS, *simulation.INVARIANT_OUTPUTS} == set(units.OUTPUTS) <= set(units.SI)
+    assert units.CHECKS == simulation.CHECKS
 
 
 @pytest.mark.parametrize(

@@ -153,7 +153,7 @@ def allocate(
     model: Model,
     *,
     training: int = TRAINING,
-    loss_is_known: bool = False,
+    on_contact_loss: str = "stop",
 ) -> AllocationResult:
     """Find the cheapest tolerances and confirm them.
 
@@ -167,8 +167,8 @@ def allocate(
         Inputs to outputs, by true motions.
     training : int
         Motions that train the surrogate.
-    loss_is_known : bool
-        Whether the outputs of a motion that lost contact are what counts, rather than ending at the loss.
+    on_contact_loss : "stop", "continue" or "end"
+        What the motions do then; "stop": a motion that lost contact is not known to keep a limit.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def allocate(
     planned = _planned_yield(plan, tolerances)
     surrogate = _train(model, tolerances, specification, plan, training)
     search = Search(tolerances, specification, plan.choices, surrogate, points=_point_count(planned), seed=plan.seed)
-    inspection = _Inspection(model, specification, loss_is_known)
+    inspection = _Inspection(model, specification, on_contact_loss)
     winner, confirmed, attempts = _confirm(search, inspection, plan, planned)
     chosen, glance = with_widths(tolerances, plan.choices, winner.widths), min(plan.samples, GLANCE)
     present = inspection.yield_of(tolerances, glance, plan.seed, 0.5 + 0.5 * plan.confidence)
@@ -320,20 +320,19 @@ class _Inspection:
 
     model: Model
     specification: Mapping[str, Mapping[str, float | None]]
-    loss_is_known: bool
+    on_contact_loss: str
 
     def yield_of(self, tolerances: Tolerances, count: int, seed: int, confidence: float) -> MotionYield:
         """Yield of independent motions, with one-sided limits."""
         samples = self.model(sample(tolerances, count, sampling="random", seed=seed))
-        out, known = out_of_specification(samples, self.specification)
-        lost = contact_lost(samples)
+        out, known = out_of_specification(samples, self.specification, on_contact_loss=self.on_contact_loss)
         broken = np.logical_or.reduce(list(out.values()))
         good = ~broken & np.logical_and.reduce(list(known.values()))
-        if not self.loss_is_known:
-            good &= ~lost
         rows = Rows("random", 2.0 * confidence - 1.0, tolerances.lot_size or 1)
         least, most = rows.share(good), rows.share(~broken)
-        counts = (int(np.count_nonzero(motions)) for motions in (~good & ~broken, failed(samples), lost))
+        counts = (
+            int(np.count_nonzero(motions)) for motions in (~good & ~broken, failed(samples), contact_lost(samples))
+        )
         return MotionYield(least.value, least.low, most.high, count, *counts)
 
 

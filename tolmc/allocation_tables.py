@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pandas as pd
-from rich import box
-from rich.markup import escape
-from rich.table import Table
 
 from tolmc import units
 from tolmc.allocation import GLANCE, AllocationResult, MotionYield
+from tolmc.tables import Grid
 
 
-def allocation_tables(result: AllocationResult, *, title: str) -> Iterator[Table | str]:
+def allocation_tables(result: AllocationResult, *, title: str) -> Iterator[Grid | str]:
     """The winner, how sure it is, what the study has now, the trade-off, and one grade up or down."""
     yield _winner(result, title)
     yield _verdict(result)
@@ -22,8 +20,8 @@ def allocation_tables(result: AllocationResult, *, title: str) -> Iterator[Table
     yield _surrogate(result)
 
 
-def _winner(result: AllocationResult, title: str) -> Table:
-    table = _table(
+def _winner(result: AllocationResult, title: str) -> Grid:
+    table = Grid(
         "Dimension", "unit", "grade", "zone", "lower", "upper", "cost",
         title=f"{title}: {'the cheapest tolerances' if result.is_met else 'tolerances tried last, NOT SHOWN TO SUFFICE'}",
     )  # fmt: skip
@@ -81,20 +79,20 @@ def _left_out(result: AllocationResult) -> Iterator[str]:
         )
 
 
-def _trade_off(result: AllocationResult) -> Table:
+def _trade_off(result: AllocationResult) -> Grid:
     names = [choice.name for choice in result.plan.choices]
-    table = _table("Required yield", "cost", "predicted out, ppm", *map(_heading, names), title="Cost against yield")
+    table = Grid("Required yield", "cost", "predicted out, ppm", *map(_heading, names), title="Cost against yield")
     for _, row in result.trade_off.iterrows():
         zones = (_zone(name, row[name]) for name in names)
         table.add_row(_percent(row["required_yield"]), f"{row['cost']:.4g}", f"{row['out_ppm']:.0f}", *zones)
     return table
 
 
-def _neighbours(result: AllocationResult) -> Table:
+def _neighbours(result: AllocationResult) -> Grid:
     columns = ("Dimension", "from", "to", "cost", "change", "predicted", "out, ppm")
     unpriced = result.neighbours["cost"].isna().any()
     note = f" (–: not on offer; yield of {min(result.plan.samples, GLANCE):,} motions)" if unpriced else ""
-    table = _table(*columns, title=f"One grade up or down{note}")
+    table = Grid(*columns, title=f"One grade up or down{note}")
     for _, row in result.neighbours.iterrows():
         name = row["dimension"]
         table.add_row(
@@ -104,8 +102,8 @@ def _neighbours(result: AllocationResult) -> Table:
     return table
 
 
-def _surrogate(result: AllocationResult) -> Table:
-    table = _table("Output", "degree", "held-out error", "of its spread", title="Surrogate over the zones on offer")
+def _surrogate(result: AllocationResult) -> Grid:
+    table = Grid("Output", "degree", "held-out error", "of its spread", title="Surrogate over the zones on offer")
     for name, row in result.surrogate.describe().iterrows():
         unit, factor = units.shown(name)
         share = "–" if pd.isna(row["held_out_share"]) else f"{row['held_out_share']:.1e}"
@@ -136,10 +134,3 @@ def _count(count: int, total: int) -> str:
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.4f} %"
-
-
-def _table(*columns: str, title: str) -> Table:
-    table = Table(title=escape(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
-    for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i == 0 or column == "unit" else "right", no_wrap=True)
-    return table

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from tolmc import run_directory
+from tolmc import run_directory, units
 from tolmc.cross_entropy import TailNotReached
 from tolmc.errors import InputError
 from tolmc.estimators import accelerated_summary, accelerated_yield
@@ -26,7 +26,7 @@ from tolmc.surrogate import Model, MotionsFailed
 _INDEX_ROWS = 1024  # times the dimensions and two: intervals of a few percent
 
 #: Diagnostics and times that most samples do not have: no answers are sought for them.
-_NO_ANSWERS = {"contact_loss_time", "energy_error", "constraint_error"}
+_NO_ANSWERS = {"contact_loss_time", *units.CHECKS}
 
 
 @dataclass(frozen=True)

@@ -319,15 +319,18 @@ def _result(
     drawn = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
     accuracies = _integration_errors(plan, nominal, outputs)
     summary = statistics.summarise(
-        samples, outputs=outputs, specification=specification, accuracies=accuracies, workers=study.workers, **drawn
-    )
+        samples, outputs=outputs, specification=specification, accuracies=accuracies, workers=study.workers,
+        on_contact_loss=study.on_contact_loss, **drawn,
+    )  # fmt: skip
     summary.insert(0, "unit", [units.SI[name] for name in summary.index])
     return StudyResult(
         study=study,
         plan=plan,
         nominal=nominal,
         summary=summary,
-        requirements=statistics.summarise_requirements(samples, specification=specification, **drawn),
+        requirements=statistics.summarise_requirements(
+            samples, specification=specification, on_contact_loss=study.on_contact_loss, **drawn
+        ),
         statuses=statistics.count_statuses(samples, **drawn),
         directory=directory,
         elapsed=time.perf_counter() - began,

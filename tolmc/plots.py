@@ -36,7 +36,7 @@ DISTRIBUTIONS = ("tilt_angle", "effective_radius", "contact_force_D_max", "conta
 RANKED = 20_000
 _POINTS = 2_000
 _UPRIGHT = 4  # names of so many inputs stand beside each other
-_UNRANKED = ("contact_loss_time", "energy_error", "constraint_error")
+_UNRANKED = ("contact_loss_time", *units.CHECKS)
 
 
 def save(figure: Figure, path: str | Path) -> None:

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import pandas as pd
 
+from tolmc import units
 from tolmc.errors import InputError
 from tolmc.mechanism import SECTIONS
 from tolmc.monte_carlo import StudyResult, run
 
 _STATISTICS = ("mean", "sd", "min", "max", "q0.135", "q5", "q50", "q95", "q99.865")
 _SAME_IN_BOTH = {"tilt_angle", "effective_radius", "approximate_radius"}
-_NOT_COMPARED = _SAME_IN_BOTH | {"energy_error", "constraint_error"}
+_NOT_COMPARED = _SAME_IN_BOTH | set(units.CHECKS)
 
 
 def compare_sections(result: StudyResult) -> pd.DataFrame:

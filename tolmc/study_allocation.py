@@ -29,7 +29,6 @@ from typing import Annotated, Any, Literal
 import pandas as pd
 from matplotlib.figure import Figure
 from pydantic import BeforeValidator, Field
-from rich.console import Console
 
 from tolmc import fits, plots, units
 from tolmc.allocation import AllocationResult, Plan, allocate
@@ -38,6 +37,7 @@ from tolmc.study import MAX_SAMPLES, Study, StudyError, load_study
 from tolmc.study_fields import Faults, Own, Section, check_names, in_section, place, quantity, validated, whole
 from tolmc.study_model import study_model
 from tolmc.surrogate import training_box
+from tolmc.tables import standard_output
 from tolmc.tolerances import Dimension, Tolerances
 from tolmc.zones import ANCHORS, LAWS, Curve, Grades, hull, offered_box, with_widths
 
@@ -190,9 +190,8 @@ def allocate_study(path: str | Path, *, out: str | Path | None = None) -> Alloca
         raise StudyError(f"{path}: [specification] is missing; an allocation needs limits to keep.")
     box = hull(training_box(study.tolerances), offered_box(study.tolerances, plan.choices))
     model = study_model(study, tuple(study.specification), box=box)
-    loss_is_known = study.on_contact_loss != "stop"
-    result = allocate(study.tolerances, study.specification, plan, model, loss_is_known=loss_is_known)
-    console = Console()
+    result = allocate(study.tolerances, study.specification, plan, model, on_contact_loss=study.on_contact_loss)
+    console = standard_output()
     for table in allocation_tables(result, title=study.title):
         console.print(table)
     directory = Path(out or Path("runs") / f"{study.name}_allocation")

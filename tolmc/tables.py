@@ -17,7 +17,6 @@ from tolmc import units
 from tolmc.rounding import NEGLIGIBLE, fixed, without_rounding_errors
 from tolmc.section_estimate import section_error_estimate
 
-_CHECKS = ("energy_error", "constraint_error")
 _DIGITS = 5
 #: Columns of the summary table, and their digits.
 _ESTIMATES = {"mean": _DIGITS, "sd": 4, "q0.135": _DIGITS, "q50": _DIGITS, "q99.865": _DIGITS}
@@ -76,6 +75,8 @@ def print_result(result, console: Console | None = None) -> None:
     for sentence in _contact_notes(result):
         console.print(sentence, highlight=False)
     console.print(status_table(result.statuses))
+    if result.plan.unresolved:
+        console.print(unresolved_text(result.plan.unresolved), highlight=False)
     if not math.isnan(result.plan.pilot_error):
         console.print(budget_table(result.summary))
     if study.scene.joint.section == "circle" and any(name.startswith("contact_force") for name in result.summary.index):
@@ -102,13 +103,22 @@ def _contact_notes(result) -> Iterator[str]:
         yield "What is not known to keep its limits (motion not computed, or contact lost before) is counted both ways."
 
 
+def unresolved_text(motions: int) -> str:
+    """What it means that the pilot has set motions aside."""
+    return (
+        f"[bold]Step[/]: {motions} of the motions at the nominal and corner dimensions met the accuracy with no step (a "
+        "clearance near zero, or a chaotic motion). Every sample was therefore integrated twice and judged by the difference; "
+        "those that miss the accuracy have status inaccurate."
+    )
+
+
 def summary_table(summary: pd.DataFrame) -> Grid:
     """Mean, sd and quantiles of every output, from :func:`tolmc.statistics.summarise`."""
-    table = _table(
+    table = Grid(
         "Output", "mean", "sd", "0.135 %", "median", "99.865 %",
         title="Outputs with 95 % intervals (±, where it reaches the digits shown)",
     )  # fmt: skip
-    shown = summary[(summary["used"] > 0) & ~summary.index.isin(_CHECKS)]
+    shown = summary[(summary["used"] > 0) & ~summary.index.isin(units.CHECKS)]
     estimates = [f"{key}{end}" for key in _ESTIMATES for end in ("", "_low", "_high")]
     for name, row in without_rounding_errors(shown, estimates).iterrows():
         unit, factor = units.shown(name)
@@ -125,7 +135,7 @@ def requirement_table(requirements: pd.DataFrame) -> Grid:
     # Here, because statistics load SciPy's optimisers, a quarter of a second that the table of a motion need not pay.
     from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS
 
-    table = _table("Requirement", "limits", "out", "share out", "95 % interval", title="Requirements")
+    table = Grid("Requirement", "limits", "out", "share out", "95 % interval", title="Requirements")
     for name, row in requirements.iterrows():
         if name == CONTACT_LOSS:
             label, limits = "Contact lost", ""
@@ -153,7 +163,7 @@ def _limits_text(name: str, minimum: float, maximum: float) -> str:
 
 def status_table(statuses: pd.DataFrame) -> Grid:
     """What became of the samples, from :func:`tolmc.statistics.count_statuses`."""
-    table = _table("Status", "samples", "share", title="What became of the samples")
+    table = Grid("Status", "samples", "share", title="What became of the samples")
     for status, row in statuses.iterrows():
         table.add_row(str(status), f"{int(row['count']):,}", share_text(row["share"]))
     return table
@@ -163,7 +173,7 @@ def budget_table(summary: pd.DataFrame) -> Grid:
     """Integration error beside the sampling intervals' half-widths, from :func:`tolmc.statistics.error_budget`."""
     from tolmc.statistics import error_budget
 
-    table = _table("Output", "unit", "integration", "mean", "sd", "99.865 %", title="Error budget (±)")
+    table = Grid("Output", "unit", "integration", "mean", "sd", "99.865 %", title="Error budget (±)")
     for name, row in error_budget(summary).iterrows():
         if np.isnan(row["integration"]):
             continue
@@ -176,7 +186,7 @@ def budget_table(summary: pd.DataFrame) -> Grid:
 def print_comparison(comparison: pd.DataFrame, console: Console | None = None) -> None:
     """Circle against exact section, statistic by statistic: :func:`tolmc.section_comparison.compare_sections`."""
     statistics = {"mean": "mean", "sd": "sd", "q50": "median", "q99.865": "99.865 %"}
-    table = _table(
+    table = Grid(
         "Output", *statistics.values(), title="The circle less the exact section, in percent of the exact value"
     )
     for output in comparison.index.get_level_values("output").unique():
@@ -207,7 +217,7 @@ def print_answers(
 def _answers_table(stackup: pd.DataFrame) -> Grid:
     estimated = [f"{kind}{end}" for kind in ("monte_carlo", "accelerated") for end in ("", "_low", "_high")]
     shown = without_rounding_errors(stackup, ["worst_case", "root_sum_square", *estimated])
-    table = _table(
+    table = Grid(
         "Output", "worst", "RSS", "MC", "accelerated", "verdict",
         title="Worst case, root sum square (RSS), Monte Carlo (MC), accelerated; 95 % intervals (±); % of the spread",
     )  # fmt: skip
@@ -230,7 +240,7 @@ def _answers_table(stackup: pd.DataFrame) -> Grid:
 
 
 def _yields_table(yields: pd.DataFrame) -> Grid:
-    table = _table("Requirement", "Monte Carlo", "accelerated", title="Yield, % of the parts, with 95 % intervals")
+    table = Grid("Requirement", "Monte Carlo", "accelerated", title="Yield, % of the parts, with 95 % intervals")
     for name, row in yields.iterrows():
         table.add_row(
             units.label(name),
@@ -294,7 +304,7 @@ def _answers_notes(stackup: pd.DataFrame) -> Iterator[str]:
 def print_trajectory(trajectory, scene, *, title: str, console: Console | None = None) -> None:
     """A motion at some instants, the extremes of its contact forces, and its status."""
     console = console or standard_output()
-    table = _table("t, s", "X0, mm", "Y0, mm", "tilt, deg", "N_D, N", "N_E, N", title=title)
+    table = Grid("t, s", "X0, mm", "Y0, mm", "tilt, deg", "N_D, N", "N_E, N", title=title)
     forces = np.where(
         np.abs(trajectory.contact_force) < NEGLIGIBLE * np.nanmax(np.abs(trajectory.contact_force), initial=0.0),
         0.0,
@@ -321,7 +331,7 @@ def print_trajectory(trajectory, scene, *, title: str, console: Console | None =
 def print_sample(row: Mapping[str, object], console: Console | None = None) -> None:
     """One row of a run: its inputs and outputs."""
     console = console or standard_output()
-    table = _table("Quantity", "value", "unit", title="The sample in the run")
+    table = Grid("Quantity", "value", "unit", title="The sample in the run")
     for name, value in row.items():
         if name == "status":
             table.add_row("Status", str(value), "")
@@ -337,15 +347,11 @@ def standard_output() -> Console:
     return console if console.is_terminal else Console(width=_UNLIMITED)
 
 
-def _table(*columns: str, title: str) -> Grid:
-    return Grid(columns, title)
-
-
 class Grid:
     """A table that is never cut: columns that do not fit stand below, beside the first column again."""
 
-    def __init__(self, columns: Sequence[str], title: str) -> None:
-        self.columns, self.title, self.rows = tuple(columns), title, []
+    def __init__(self, *columns: str, title: str) -> None:
+        self.columns, self.title, self.rows = columns, title, []
 
     def add_row(self, *cells: str) -> None:
         self.rows.append((*cells, *[""] * (len(self.columns) - len(cells))))

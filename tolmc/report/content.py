@@ -158,7 +158,7 @@ class _Content:
 
     @property
     def _of_examined(self) -> dict:
-        apart = (*tables.CHECKS, "contact_loss_time")
+        apart = (*units.CHECKS, "contact_loss_time")
         outputs = [name for name in units.OUTPUTS if name in self.columns and name not in apart]
         return {"inputs": self.inputs, "outputs": outputs, **self.drawn}
 

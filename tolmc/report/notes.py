@@ -11,7 +11,6 @@ import pandas as pd
 from tolmc import units
 from tolmc.mechanism import Joint
 from tolmc.report import words
-from tolmc.report.tables import CHECKS
 from tolmc.section_estimate import section_error_estimate
 from tolmc.statistics import CONTACT_LOSS, error_budget
 from tolmc.study import Study
@@ -83,7 +82,7 @@ def of_integration(plan: Mapping, summary: pd.DataFrame) -> str:
         f"Integration: {plan['steps']:,} steps of {plan['method']} ({plan['formulation']} form) for each motion.",
         _pilot(plan, error_budget(summary)["ratio"]),
     ]
-    errors = summary.loc[summary.index.isin(CHECKS) & (summary["used"] > 0), "max"]
+    errors = summary.loc[summary.index.isin(units.CHECKS) & (summary["used"] > 0), "max"]
     if len(errors):
         found = words.joined(f"{words.phrase(name)} {words.number(value, 2)}" for name, value in errors.items())
         sentences.append(f"Largest relative error of the invariants over all samples: {found}.")

@@ -22,7 +22,6 @@ from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS, error_budget
 from tolmc.study import Study
 
 #: Outputs that check the integration; they have a sentence in the report, not a row.
-CHECKS = ("energy_error", "constraint_error")
 INDICES = ("Cp", "Cpk", "Pp", "Ppk")
 STATISTICS = {"mean": "mean", "sd": "sd", "q0.135": "0.135 %", "q50": "median", "q99.865": "99.865 %"}
 #: Dimensions that have a column of their own: more do not fit on a page.
@@ -276,7 +275,7 @@ def capability_table(capability: pd.DataFrame, intervals: Mapping[str, Estimate]
 
 def outputs_table(summary: pd.DataFrame) -> Table:
     """Estimates of every output with their intervals."""
-    shown = summary[(summary["used"] > 0) & ~summary.index.isin(CHECKS)]
+    shown = summary[(summary["used"] > 0) & ~summary.index.isin(units.CHECKS)]
     shown = without_rounding_errors(shown, [f"{key}{end}" for key in STATISTICS for end in ("", "_low", "_high")])
     rows = []
     for name, row in shown.iterrows():
@@ -416,7 +415,7 @@ def statuses_table(statuses: pd.DataFrame) -> Table:
 
 def stackup_table(stackup: pd.DataFrame) -> Table:
     """Worst case, root sum square, Monte Carlo and the accelerated estimate side by side: both limits of each output."""
-    stackup = stackup.drop(index=list(CHECKS), level="output", errors="ignore")
+    stackup = stackup.drop(index=list(units.CHECKS), level="output", errors="ignore")
     kinds = {"worst_case": "worst case", "root_sum_square": "root sum square", "monte_carlo": "Monte Carlo"}
     missing = stackup["accelerated_missing"].dropna()
     if stackup["accelerated"].notna().any():
@@ -496,7 +495,7 @@ def _verdict(row: pd.Series) -> Cell:
 
 def accelerated_table(stackup: pd.DataFrame) -> Table:
     """The accelerated estimate of every output, and the surrogate behind it."""
-    stackup = stackup.drop(index=list(CHECKS), level="output", errors="ignore").dropna(subset="accelerated")
+    stackup = stackup.drop(index=list(units.CHECKS), level="output", errors="ignore").dropna(subset="accelerated")
     shown = without_rounding_errors(stackup, _in_unit(("accelerated",)))
     rows = []
     for name, answers in shown.groupby("output", sort=False):
