@@ -172,15 +172,20 @@ def test_the_midpoint_is_of_third_order():
 
 
 @pytest.mark.parametrize(
-    ("tableau", "argument"),
-    [(CLASSICAL, runge_kutta.stage_argument_rk4), (DORMAND_PRINCE, runge_kutta.stage_argument_rk8)],
+    ("tableau", "argument", "end"),
+    [
+        (CLASSICAL, runge_kutta.stage_argument_rk4, runge_kutta.step_end_rk4),
+        (DORMAND_PRINCE, runge_kutta.stage_argument_rk8, runge_kutta.step_end_rk8),
+    ],
     ids=["rk4", "rk8"],
 )
-def test_stage_arguments_are_rows_of_the_tableau(tableau, argument):
+def test_stage_arguments_and_the_end_are_rows_of_the_tableau(tableau, argument, end):
     size = 12
     rng = np.random.default_rng(1)
     y, k = rng.normal(size=size), rng.normal(size=(tableau.stages, size))
     out = np.empty(size)
-    for stage, row in enumerate([*tableau.matrix, tableau.b]):
+    for stage, row in enumerate(tableau.matrix):
         argument(stage, y, k.ravel(), out, size)
         np.testing.assert_allclose(out, y + row @ k, rtol=0, atol=1e-13)
+    end(y, k.ravel(), out, size)
+    np.testing.assert_allclose(out, y + tableau.b @ k, rtol=0, atol=1e-13)

@@ -894,7 +894,8 @@ def _traced(scene: Scene, raw, plan: Plan, project_energy: bool, time: np.ndarra
     states = np.empty((plan.steps + 1, n_state))
     coef = np.empty(n_coef * ensemble.WIDTH)
     rk4 = 1 if plan.method == "rk4" else None
-    ensemble.trace(raw, plan.steps, scene.duration, project_energy, states, coef, *model, rk4, load)
+    # The forces are not looked at here; with them the step is the one that the statistics have compiled.
+    ensemble.trace(raw, plan.steps, scene.duration, project_energy, states, coef, *model, rk4, load, 1)
     seen = np.empty((11, plan.steps + 1))
     ensemble.observe(states, coef, seen, *model, load)
     x, y, u, v, n_d, n_e, lambda_d, lambda_e, kinetic, potential, w2 = seen

@@ -19,7 +19,15 @@ import numpy as np
 from tolmc.kernels import models
 from tolmc.kernels import parameters as P
 from tolmc.kernels.jit import device, kernel, routine
-from tolmc.kernels.runge_kutta import CLASSICAL, DORMAND_PRINCE, stage_argument_rk4, stage_argument_rk8
+from tolmc.kernels.runge_kutta import (
+    CLASSICAL,
+    DORMAND_PRINCE,
+    midpoint_rk4,
+    stage_argument_rk4,
+    stage_argument_rk8,
+    step_end_rk4,
+    step_end_rk8,
+)
 
 #: Lanes of a block. Measured on 512-bit vectors: 16 to 64 are alike, fewer leave the latencies of the square root and the
 #: divisions uncovered, more leave the first-level cache.
@@ -98,13 +106,13 @@ def _step(y, end, coef, h, k, argument, samples, sums, error, watch, general, ax
                 if general is not None:
                     samples[row + 3 * WIDTH + lane] = power
     if rk4 is None:
-        stage_argument_rk8(stages, y, k, end, size)
+        step_end_rk8(y, k, end, size)
     else:
-        stage_argument_rk4(stages, y, k, end, size)
+        step_end_rk4(y, k, end, size)
     for lane in range(WIDTH):
         error[lane] = models.project(end, coef, lane, WIDTH, general, axial, exact)
     if rk4 is not None and forces is not None and watch:
-        stage_argument_rk4(stages + 1, y, k, argument, size)
+        midpoint_rk4(y, k, argument, size)
         _observe_samples(argument, coef, samples, 4 * stages * WIDTH, general, axial, exact, load)
         _observe_samples(end, coef, samples, 4 * (stages + 1) * WIDTH, general, axial, exact, load)
     if (forces is not None and watch) or general is not None:
@@ -171,14 +179,44 @@ def _project_energy(y, coef, energy, correction, general, axial, exact, load):
 
 
 @device
-def _sample(samples, j, quantity, lane, rk4):
-    """Sample ``j`` of the step of the quantity whose maximum is sought."""
+def _samples(samples, quantity, lane, rk4):
+    """The step's samples of the quantity whose maximum is sought, in order; rk4 has three, the rest is 0."""
+    sign, variable = -1.0 if quantity % 2 == 1 else 1.0, quantity // 2
     if rk4 is None:
-        row = 4 * _SAMPLE8[j] + quantity // 2
+        return (
+            sign * samples[(4 * _SAMPLE8[0] + variable) * WIDTH + lane],
+            sign * samples[(4 * _SAMPLE8[1] + variable) * WIDTH + lane],
+            sign * samples[(4 * _SAMPLE8[2] + variable) * WIDTH + lane],
+            sign * samples[(4 * _SAMPLE8[3] + variable) * WIDTH + lane],
+            sign * samples[(4 * _SAMPLE8[4] + variable) * WIDTH + lane],
+        )
     else:
-        row = 4 * _SAMPLE4[j] + quantity // 2
-    value = samples[row * WIDTH + lane]
-    return -value if quantity % 2 == 1 else value
+        return (
+            sign * samples[(4 * _SAMPLE4[0] + variable) * WIDTH + lane],
+            sign * samples[(4 * _SAMPLE4[1] + variable) * WIDTH + lane],
+            sign * samples[(4 * _SAMPLE4[2] + variable) * WIDTH + lane],
+            0.0,
+            0.0,
+        )
+
+
+@device
+def _polynomial(s0, s1, s2, s3, s4, rk4):
+    """Coefficients c1 .. c4 of the polynomial through the samples; its constant is s0."""
+    if rk4 is None:
+        return (
+            _FIT8[1, 0] * s0 + _FIT8[1, 1] * s1 + _FIT8[1, 2] * s2 + _FIT8[1, 3] * s3 + _FIT8[1, 4] * s4,
+            _FIT8[2, 0] * s0 + _FIT8[2, 1] * s1 + _FIT8[2, 2] * s2 + _FIT8[2, 3] * s3 + _FIT8[2, 4] * s4,
+            _FIT8[3, 0] * s0 + _FIT8[3, 1] * s1 + _FIT8[3, 2] * s2 + _FIT8[3, 3] * s3 + _FIT8[3, 4] * s4,
+            _FIT8[4, 0] * s0 + _FIT8[4, 1] * s1 + _FIT8[4, 2] * s2 + _FIT8[4, 3] * s3 + _FIT8[4, 4] * s4,
+        )
+    else:
+        return (
+            _FIT4[1, 0] * s0 + _FIT4[1, 1] * s1 + _FIT4[1, 2] * s2,
+            _FIT4[2, 0] * s0 + _FIT4[2, 1] * s1 + _FIT4[2, 2] * s2,
+            0.0,
+            0.0,
+        )
 
 
 @routine
@@ -195,14 +233,9 @@ def _screen(samples, slots, loss_floor, counts, flags, rk4):
         bottom_floor = top_floor + _SLOTS * 4 * WIDTH if variable < 2 else top_floor
         high, low, lost = 0, 0, 0
         for lane in range(WIDTH):
-            s0, s1, s2 = (
-                _sample(samples, 0, above, lane, rk4),
-                _sample(samples, 1, above, lane, rk4),
-                _sample(samples, 2, above, lane, rk4),
-            )
+            s0, s1, s2, s3, s4 = _samples(samples, above, lane, rk4)
             top, bottom = max(max(s0, s1), s2), min(min(s0, s1), s2)
             if rk4 is None:
-                s3, s4 = _sample(samples, 3, above, lane, rk4), _sample(samples, 4, above, lane, rk4)
                 top, bottom = max(max(top, s3), s4), min(min(bottom, s3), s4)
             beyond = 0.2 * (top - bottom)
             is_high = top + beyond > slots[top_floor + lane]
@@ -228,32 +261,15 @@ def _peak(samples, quantity, best, position, rk4):
     Positions beyond 1 tell that the polynomial still rises at the end: its maximum belongs to the next step.
     """
     for lane in range(WIDTH):
+        s0, s1, s2, s3, s4 = _samples(samples, quantity, lane, rk4)
+        c1, c2, c3, c4 = _polynomial(s0, s1, s2, s3, s4, rk4)
+        top, at = s0, 0.0
         if rk4 is None:
-            s0, s1, s2 = (
-                _sample(samples, 0, quantity, lane, rk4),
-                _sample(samples, 1, quantity, lane, rk4),
-                _sample(samples, 2, quantity, lane, rk4),
-            )
-            s3, s4 = _sample(samples, 3, quantity, lane, rk4), _sample(samples, 4, quantity, lane, rk4)
-            c1 = _FIT8[1, 0] * s0 + _FIT8[1, 1] * s1 + _FIT8[1, 2] * s2 + _FIT8[1, 3] * s3 + _FIT8[1, 4] * s4
-            c2 = _FIT8[2, 0] * s0 + _FIT8[2, 1] * s1 + _FIT8[2, 2] * s2 + _FIT8[2, 3] * s3 + _FIT8[2, 4] * s4
-            c3 = _FIT8[3, 0] * s0 + _FIT8[3, 1] * s1 + _FIT8[3, 2] * s2 + _FIT8[3, 3] * s3 + _FIT8[3, 4] * s4
-            c4 = _FIT8[4, 0] * s0 + _FIT8[4, 1] * s1 + _FIT8[4, 2] * s2 + _FIT8[4, 3] * s3 + _FIT8[4, 4] * s4
-            top, at = s0, 0.0
             top, at = (s1, _AT8[1]) if s1 > top else (top, at)
             top, at = (s2, _AT8[2]) if s2 > top else (top, at)
             top, at = (s3, _AT8[3]) if s3 > top else (top, at)
             top, at = (s4, 1.0) if s4 > top else (top, at)
         else:
-            s0, s1, s2 = (
-                _sample(samples, 0, quantity, lane, rk4),
-                _sample(samples, 1, quantity, lane, rk4),
-                _sample(samples, 2, quantity, lane, rk4),
-            )
-            c1 = _FIT4[1, 0] * s0 + _FIT4[1, 1] * s1 + _FIT4[1, 2] * s2
-            c2 = _FIT4[2, 0] * s0 + _FIT4[2, 1] * s1 + _FIT4[2, 2] * s2
-            c3, c4 = 0.0, 0.0
-            top, at = s0, 0.0
             top, at = (s1, 0.5) if s1 > top else (top, at)
             top, at = (s2, 1.0) if s2 > top else (top, at)
         x = at
@@ -269,18 +285,18 @@ def _peak(samples, quantity, best, position, rk4):
 
 
 @routine
-def _keep(y, h, step, last, best, position, flags, open_lane, slots, states, quantity, n_state):
+def _keep(y, h, number, last, best, position, flags, open_lane, slots, states, quantity, n_state):
     """Put a step's candidate among the two best of its quantity: (value, position, step, h) and the state at its start."""
     first = quantity * _SLOTS * 4 * WIDTH
     second = first + 4 * WIDTH
     state1 = quantity * _SLOTS * n_state * WIDTH
     state2 = state1 + n_state * WIDTH
-    news, number = 0, float(step)
+    news = 0
     for lane in range(WIDTH):
         # A maximum at the very start of a step belongs to the step before, one far beyond the end to the next: else the two
         # places would go to one and the same maximum.
         usable = open_lane[lane] > 0.0 and flags[quantity * WIDTH + lane] > 0.0
-        usable = usable and (position[lane] > 0.0 or step == 0) and (position[lane] < 1.3 or last)
+        usable = usable and (position[lane] > 0.0 or number == 0.0) and (position[lane] < 1.3 or last)
         position[lane] = min(position[lane], 1.0)
         best[lane] = best[lane] if usable else -np.inf
         news += best[lane] > slots[second + lane]
@@ -315,21 +331,8 @@ def _keep(y, h, step, last, best, position, flags, open_lane, slots, states, qua
 @device
 def _vertex(samples, quantity, lane, back, forth, rk4):
     """Maximum near 0 over [back, forth] of the polynomial through a short step's samples, and where; in lengths of it."""
-    s0, s1, s2 = (
-        _sample(samples, 0, quantity, lane, rk4),
-        _sample(samples, 1, quantity, lane, rk4),
-        _sample(samples, 2, quantity, lane, rk4),
-    )
-    if rk4 is None:
-        s3, s4 = _sample(samples, 3, quantity, lane, rk4), _sample(samples, 4, quantity, lane, rk4)
-        c1 = _FIT8[1, 0] * s0 + _FIT8[1, 1] * s1 + _FIT8[1, 2] * s2 + _FIT8[1, 3] * s3 + _FIT8[1, 4] * s4
-        c2 = _FIT8[2, 0] * s0 + _FIT8[2, 1] * s1 + _FIT8[2, 2] * s2 + _FIT8[2, 3] * s3 + _FIT8[2, 4] * s4
-        c3 = _FIT8[3, 0] * s0 + _FIT8[3, 1] * s1 + _FIT8[3, 2] * s2 + _FIT8[3, 3] * s3 + _FIT8[3, 4] * s4
-        c4 = _FIT8[4, 0] * s0 + _FIT8[4, 1] * s1 + _FIT8[4, 2] * s2 + _FIT8[4, 3] * s3 + _FIT8[4, 4] * s4
-    else:
-        c1 = _FIT4[1, 0] * s0 + _FIT4[1, 1] * s1 + _FIT4[1, 2] * s2
-        c2 = _FIT4[2, 0] * s0 + _FIT4[2, 1] * s1 + _FIT4[2, 2] * s2
-        c3, c4 = 0.0, 0.0
+    s0, s1, s2, s3, s4 = _samples(samples, quantity, lane, rk4)
+    c1, c2, c3, c4 = _polynomial(s0, s1, s2, s3, s4, rk4)
     x = min(0.5, forth)
     for _ in range(3):
         slope = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * 4.0 * c4))
@@ -410,6 +413,64 @@ def _refine(
         count = left
         if count == 0:
             break
+
+
+@routine
+def _smallest_force(y, coef, smallest, general, axial, exact, load):
+    """min(N_D, N_E) of every lane."""
+    for lane in range(WIDTH):
+        _, _, _, _, n_d, n_e, _, _, _, _, _ = models.observe(y, coef, lane, WIDTH, general, axial, exact, load)
+        smallest[lane] = min(n_d, n_e)
+
+
+@routine
+def _locate_loss(
+    state, step, bracket, time, h, step_length, coef, trial, k, argument, samples, sums, error,
+    low, high, f_low, f_high, side, force, general, axial, exact, rk4, load, forces,
+):  # fmt: skip
+    """Time (s) of the first root of min(N_D, N_E) in the lanes with a loss, by the Illinois rule; h is its place in the step.
+
+    ``state`` is that at the start of the loss's ``step`` (-1: no loss), ``bracket`` a place in the step, as a share of it,
+    where a force is negative. Every trial is a step from there. The time is -1 where no sign changes, -2 where contact has
+    ended in the step before.
+    """
+    _smallest_force(state, coef, f_low, general, axial, exact, load)
+    for lane in range(WIDTH):
+        low[lane], side[lane] = 0.0, 0.0
+        high[lane], h[lane] = bracket[lane], bracket[lane] * step_length
+    for iteration in range(_ROOT_ITERATIONS):
+        _step(
+            state, trial, coef, h, k, argument, samples, sums, error, False, general, axial, exact, rk4, load, forces,
+        )  # fmt: skip
+        _smallest_force(trial, coef, force, general, axial, exact, load)
+        for lane in range(WIDTH):
+            x, value = h[lane] / step_length, force[lane]
+            # The end kept twice in a row loses half its weight; the first trial is the bracket's own end.
+            if iteration == 0:
+                high[lane], f_high[lane] = x, value
+            elif value < 0.0:
+                high[lane], f_high[lane] = x, value
+                f_low[lane] *= 0.5 if side[lane] < 0.0 else 1.0
+                side[lane] = -1.0
+            else:
+                low[lane], f_low[lane] = x, value
+                f_high[lane] *= 0.5 if side[lane] > 0.0 else 1.0
+                side[lane] = 1.0
+            span = high[lane] - low[lane]
+            x = low[lane] + span * f_low[lane] / (f_low[lane] - f_high[lane])
+            x = x if low[lane] <= x <= high[lane] else 0.5 * (low[lane] + high[lane])
+            h[lane] = x * step_length
+    _smallest_force(state, coef, force, general, axial, exact, load)
+    for lane in range(WIDTH):
+        at_start = force[lane] <= 0.0
+        h[lane] = 0.0 if at_start else h[lane]
+        if step[lane] >= 0.0:
+            if at_start and step[lane] > 0.0:
+                time[lane] = -2.0
+            elif f_high[lane] < 0.0 or at_start:
+                time[lane] = step[lane] * step_length + h[lane]
+            else:
+                time[lane] = -1.0
 
 
 @kernel
@@ -501,14 +562,14 @@ def integrate(
             loss_floor[lane] = 0.0
             forced += force_step[min(block + lane, n - 1)] >= 0
         integrals[:] = 0.0
-        loss_state[:] = y
         slots[:] = 0.0
-        for quantity in range(_QUANTITIES):
-            for slot in range(_SLOTS):
-                where = (quantity * _SLOTS + slot) * 4 * WIDTH
-                slots[where : where + WIDTH] = -np.inf
-                where = (quantity * _SLOTS + slot) * n_state * WIDTH
-                states[where : where + n_state * WIDTH] = y
+        for place in range(_QUANTITIES * _SLOTS):
+            for lane in range(WIDTH):
+                slots[place * 4 * WIDTH + lane] = -np.inf
+        for m in range(n_state * WIDTH):
+            loss_state[m] = y[m]
+            for place in range(_QUANTITIES * _SLOTS):
+                states[place * n_state * WIDTH + m] = y[m]
 
         for step in range(steps):
             _step(y, end, coef, h, k, argument, samples, sums, error, True, general, axial, exact, rk4, load, forces)
@@ -552,7 +613,7 @@ def integrate(
                     _peak(samples, quantity, best, position, rk4)
                     open_lane = open_motion if quantity == 4 else open_forces
                     last = step == steps - 1
-                    _keep(y, h, step, last, best, position, flags, open_lane, slots, states, quantity, n_state)
+                    _keep(y, h, float(step), last, best, position, flags, open_lane, slots, states, quantity, n_state)
                 for row in range(4):
                     for lane in range(WIDTH):
                         integrals[row * WIDTH + lane] += sums[row * WIDTH + lane] if open_forces[lane] > 0.0 else 0.0
@@ -577,52 +638,14 @@ def integrate(
                     bad_step[lane] = float(step) if lost else bad_step[lane]
             y, end = end, y
 
-        if forces is not None and np.any(loss_step >= 0.0):
-            # First root of min(N_D, N_E) by the Illinois rule, every trial a step from the start of the loss's step.
-            for lane in range(WIDTH):
-                _, _, _, _, n_d, n_e, _, _, _, _, _ = models.observe(
-                    loss_state, coef, lane, WIDTH, general, axial, exact, load
-                )
-                low[lane], f_low[lane] = 0.0, min(n_d, n_e)
-                high[lane], h_part[lane], side[lane] = loss_bracket[lane], loss_bracket[lane] * step_length, 0.0
-            for iteration in range(_ROOT_ITERATIONS):
-                _step(
-                    loss_state, trial, coef, h_part, k, argument, samples, sums, error, False,
-                    general, axial, exact, rk4, load, forces,
-                )  # fmt: skip
-                for lane in range(WIDTH):
-                    _, _, _, _, n_d, n_e, _, _, _, _, _ = models.observe(
-                        trial, coef, lane, WIDTH, general, axial, exact, load
-                    )
-                    x, value = h_part[lane] / step_length, min(n_d, n_e)
-                    # The end kept twice in a row loses half its weight; the first trial is the bracket's own end.
-                    if iteration == 0:
-                        high[lane], f_high[lane] = x, value
-                    elif value < 0.0:
-                        high[lane], f_high[lane] = x, value
-                        f_low[lane] *= 0.5 if side[lane] < 0.0 else 1.0
-                        side[lane] = -1.0
-                    else:
-                        low[lane], f_low[lane] = x, value
-                        f_high[lane] *= 0.5 if side[lane] > 0.0 else 1.0
-                        side[lane] = 1.0
-                    span = high[lane] - low[lane]
-                    x = low[lane] + span * f_low[lane] / (f_low[lane] - f_high[lane])
-                    x = x if low[lane] <= x <= high[lane] else 0.5 * (low[lane] + high[lane])
-                    h_part[lane] = x * step_length
-            for lane in range(WIDTH):
-                _, _, _, _, n_d, n_e, _, _, _, _, _ = models.observe(
-                    loss_state, coef, lane, WIDTH, general, axial, exact, load
-                )
-                at_start = min(n_d, n_e) <= 0.0
-                h_part[lane] = 0.0 if at_start else h_part[lane]
-                if loss_step[lane] >= 0.0:
-                    if at_start and loss_step[lane] > 0.0:
-                        loss_time[lane] = -2.0  # contact ended in the step before
-                    elif f_high[lane] < 0.0 or at_start:
-                        loss_time[lane] = loss_step[lane] * step_length + h_part[lane]
-                    else:
-                        loss_time[lane] = -1.0  # no sign change there: the suspicion was wrong
+        losses = 0
+        for lane in range(WIDTH):
+            losses += loss_step[lane] >= 0.0
+        if forces is not None and losses > 0:
+            _locate_loss(
+                loss_state, loss_step, loss_bracket, loss_time, h_part, step_length, coef, trial, k, argument, samples, sums,
+                error, low, high, f_low, f_high, side, best, general, axial, exact, rk4, load, forces,
+            )  # fmt: skip
             if on_loss != CONTINUE:
                 _step(
                     loss_state, trial, coef, h_part, k, argument, samples, sums, error, True,
@@ -639,7 +662,20 @@ def integrate(
                 flags[:] = 1.0
                 for quantity in range(_QUANTITIES if on_loss == END else 4):
                     _peak(samples, quantity, best, position, rk4)
-                    _keep(loss_state, h_part, 0, True, best, position, flags, low, slots, states, quantity, n_state)
+                    _keep(
+                        loss_state,
+                        h_part,
+                        0.0,
+                        losses > 0,
+                        best,
+                        position,
+                        flags,
+                        low,
+                        slots,
+                        states,
+                        quantity,
+                        n_state,
+                    )
 
         if forces is not None:
             for lane in range(WIDTH):
@@ -731,7 +767,7 @@ def integrate(
 
 
 @kernel
-def trace(raw, steps, duration, project_energy, states, coef, general, axial, exact, rk4, load):
+def trace(raw, steps, duration, project_energy, states, coef, general, axial, exact, rk4, load, forces):
     """States of the motion of column 0 of ``raw`` at the ends of all steps, ``states`` (steps + 1, state).
 
     The block's lanes all carry the same motion, so that a trajectory is bitwise what a sample of an ensemble is.
@@ -755,13 +791,13 @@ def trace(raw, steps, duration, project_energy, states, coef, general, axial, ex
     for c in range(n_state):
         states[0, c] = y[c * WIDTH]
     for step in range(steps):
-        _step(y, end, coef, h, k, argument, samples, sums, error, False, general, axial, exact, rk4, load, None)
+        _step(y, end, coef, h, k, argument, samples, sums, error, False, general, axial, exact, rk4, load, forces)
         if project_energy:
             if general is not None:
                 for lane in range(WIDTH):
                     energy[lane] += sums[4 * WIDTH + lane]
             _project_energy(end, coef, energy, correction, general, axial, exact, load)
-        y[:] = end
+        y, end = end, y
         for c in range(n_state):
             states[step + 1, c] = y[c * WIDTH]
 

@@ -126,17 +126,18 @@ def _weighted_sum(row: dict[int, float]):
 
 
 _4_1, _4_2, _4_3 = (_weighted_sum(row) for row in CLASSICAL.rows[1:])
-_4_END = _weighted_sum(CLASSICAL.weights)
-_4_MIDPOINT = _weighted_sum(CLASSICAL.midpoint)
 _8_1, _8_2, _8_3, _8_4, _8_5, _8_6, _8_7, _8_8, _8_9, _8_10, _8_11 = (
     _weighted_sum(row) for row in DORMAND_PRINCE.rows[1:]
 )
-_8_END = _weighted_sum(DORMAND_PRINCE.weights)
+
+#: The step's end, and its midpoint, from the start y and all stages.
+step_end_rk4, step_end_rk8 = _weighted_sum(CLASSICAL.weights), _weighted_sum(DORMAND_PRINCE.weights)
+midpoint_rk4 = _weighted_sum(CLASSICAL.midpoint)
 
 
 @device
 def stage_argument_rk4(stage, y, k, out, size):
-    """Argument of stage ``stage`` of rk4; ``stage == 4`` gives the step's end, ``stage == 5`` its midpoint."""
+    """Argument of stage ``stage`` of rk4."""
     if stage == 0:
         for m in range(size):
             out[m] = y[m]
@@ -144,17 +145,13 @@ def stage_argument_rk4(stage, y, k, out, size):
         _4_1(y, k, out, size)
     elif stage == 2:
         _4_2(y, k, out, size)
-    elif stage == 3:
-        _4_3(y, k, out, size)
-    elif stage == 4:
-        _4_END(y, k, out, size)
     else:
-        _4_MIDPOINT(y, k, out, size)
+        _4_3(y, k, out, size)
 
 
 @device
 def stage_argument_rk8(stage, y, k, out, size):
-    """Argument of stage ``stage`` of rk8; ``stage == 12`` gives the step's end."""
+    """Argument of stage ``stage`` of rk8."""
     if stage == 0:
         for m in range(size):
             out[m] = y[m]
@@ -178,7 +175,5 @@ def stage_argument_rk8(stage, y, k, out, size):
         _8_9(y, k, out, size)
     elif stage == 10:
         _8_10(y, k, out, size)
-    elif stage == 11:
-        _8_11(y, k, out, size)
     else:
-        _8_END(y, k, out, size)
+        _8_11(y, k, out, size)

@@ -38,7 +38,7 @@ COEFFICIENTS = 16
     _KAPPA, _KAPPA_2, _B, _Z, _KAPPA_Z, _GAMMA, _FX, _FY, _GX, _GZ, _HALF_FORCE, _ENERGY, _HALF_ENERGY, R, _COS, _SIN,
 ) = range(COEFFICIENTS)  # fmt: skip
 
-_TINY = 1e-290  # below it a vector has no direction: its components are no longer full numbers
+_TINY = 1e-140  # below it a vector has no direction: the squares of its components are no longer full numbers
 
 
 @device
@@ -56,7 +56,7 @@ def prepare(raw, i, coef, lane, width):
     fy = (raw[P.GRAVITY_Y, i] + raw[P.FORCE_Y, i] / mass) / r
     gx = (z * raw[P.GRAVITY_X, i] + z_force * raw[P.FORCE_X, i]) / (r * length)
     gy = (z * raw[P.GRAVITY_Y, i] + z_force * raw[P.FORCE_Y, i]) / (r * length)
-    moment, force = math.hypot(gx, gy), math.hypot(fx, fy)
+    moment, force = math.sqrt(gx * gx + gy * gy), math.sqrt(fx * fx + fy * fy)
     cos_t, sin_t = 1.0, 0.0
     if moment > _TINY:
         cos_t, sin_t = gx / moment, gy / moment
