@@ -266,7 +266,7 @@ def _answer_verdict(row: pd.Series) -> str:
     if not math.isnan(row["error_percent"]):
         parts[0] += f" ({_percent_text(row['error_percent'], '+')})"
     worst = {
-        "wider": f"worst {_percent_text(row['excess_percent'])} wider",
+        "wider": f"worst {_percent_text(max(row['excess_percent'], 0.0))} wider",
         "exceeded": f"worst exceeded by {_percent_text(row['beyond_percent'])}",
         "not known": "worst not known",
     }
