@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -69,7 +71,7 @@ def test_a_block_that_kills_its_workers_ends_the_run(cluster):
 
 def test_a_cluster_that_cannot_be_used_is_refused(tmp_path):
     study = load_study(write(tmp_path, *GEOMETRY))
-    with pytest.raises(ClusterError, match="does not answer"):
+    with pytest.raises(ClusterError, match="cannot be reached"):
         run(study, out=tmp_path / "run", cluster="tcp://127.0.0.1:1")
     assert not (tmp_path / "run").exists()
     with (
@@ -78,3 +80,14 @@ def test_a_cluster_that_cannot_be_used_is_refused(tmp_path):
         crew(2, empty.scheduler_address),
     ):
         pass
+
+
+@pytest.mark.parametrize("address", ["foo", "foo://host:1", "tcp://host:x", "tls://127.0.0.1:5", ""])
+def test_what_is_no_address_ends_the_command_at_once(tmp_path, address):
+    # In a process of its own, because a client that was left open shows at the very end only.
+    command = [sys.executable, "-c", "from tolmc.cli import main; main()", "run", str(write(tmp_path, *GEOMETRY))]
+    command += ["--out", str(tmp_path / "run"), "--cluster", address]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith(f"Error: the Dask scheduler at {address!r} cannot be reached")
+    assert ended.stderr.count("\n") == 1
