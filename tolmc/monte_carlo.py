@@ -6,6 +6,7 @@ plan of integration, made from the study alone, holds for all samples: no sample
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -195,13 +196,14 @@ def _integrates(study: Study) -> bool:
 
 
 def _record_of(plan: Plan) -> dict:
-    # JSON has no NaN; what is left out takes its default again.
-    return {name: value for name, value in asdict(plan).items() if value == value}
+    # JSON has neither NaN nor infinity: what is left out takes its default again, infinity is a word.
+    return {name: "Infinity" if value == math.inf else value for name, value in asdict(plan).items() if value == value}
 
 
 def _recorded_plan(directory: RunDirectory) -> Plan:
+    plan = directory.record["plan"]
     try:
-        return Plan(**directory.record["plan"])
+        return Plan(**{**plan, "pilot_error": float(plan.get("pilot_error", math.nan))})
     except TypeError as error:
         raise RunDirectoryError(
             f"{directory.path} was begun by tolmc {directory.record['versions'].get('tolmc')}, whose plan of integration this "
