@@ -157,19 +157,49 @@ def budget_table(summary: pd.DataFrame) -> Table:
 
 
 def print_comparison(comparison: pd.DataFrame, console: Console | None = None) -> None:
-    """Circle against exact section, statistic by statistic: :func:`tolmc.section_comparison.compare_sections`."""
-    statistics = {"mean": "mean", "sd": "sd", "q50": "median", "q99.865": "99.865 %"}
-    table = _table(
-        "Output", *statistics.values(), title="The circle less the exact section, in percent of the exact value"
-    )
-    for output in comparison.index.get_level_values("output").unique():
-        shares = comparison.loc[output, "difference_percent"]
-        if shares.notna().any():
-            table.add_row(
-                units.label(output),
-                *(f"{shares[name]:+.3g}" if shares[name] == shares[name] else "–" for name in statistics),
-            )
-    (console or Console()).print(table)
+    """Circle against exact section, every statistic and share of :func:`tolmc.section_comparison.compare_sections`."""
+    console = console or Console()
+    differences = comparison["difference_percent"].unstack("statistic", sort=False)
+    if "mean" in differences:
+        outputs = differences[differences["mean"].notna()]
+        moments = {"mean": "mean", "sd": "sd", "min": "min", "max": "max"}
+        quantiles = {"q0.135": "0.135 %", "q5": "5 %", "q50": "median", "q95": "95 %", "q99.865": "99.865 %"}
+        console.print(
+            _difference_table(outputs, moments, title="Circle less exact section, in percent of the exact value")
+        )
+        console.print(_difference_table(outputs, quantiles, title="The same for the quantiles"))
+    console.print(_share_difference_table(comparison))
+
+
+def _difference_table(differences: pd.DataFrame, statistics: Mapping[str, str], *, title: str) -> Table:
+    table = _table("Output", *statistics.values(), title=title)
+    for output, row in differences[list(statistics)].iterrows():
+        table.add_row(units.label(output), *("–" if np.isnan(value) else f"{value:+.3g}" for value in row))
+    return table
+
+
+def _share_difference_table(comparison: pd.DataFrame) -> Table:
+    """Requirements, between two bounds where failed samples leave their shares open, and statuses."""
+    from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS
+
+    table = _table("Share of the samples", "circle", "exact", "difference", title="Requirements and statuses")
+    ends = {"share_least": ", at least", "share_most": ", at most"}
+    for (output, statistic), row in comparison.iterrows():
+        if output == "status":
+            label = f"Status {statistic}"
+        elif statistic in ends:
+            is_settled = comparison.loc[(output, "share_least")].equals(comparison.loc[(output, "share_most")])
+            if is_settled and statistic == "share_most":
+                continue
+            label = {CONTACT_LOSS: "Contact lost", ANY_REQUIREMENT: "Any requirement broken"}.get(
+                output, f"{units.label(output)}, out"
+            ) + ("" if is_settled else ends[statistic])
+        else:
+            continue
+        sign = "+" if row["difference"] > 0 else "−" if row["difference"] < 0 else ""
+        difference = f"{sign}{share_text(abs(row['difference']))}"
+        table.add_row(label, share_text(row["circle"]), share_text(row["exact"]), difference)
+    return table
 
 
 def print_answers(stackup: pd.DataFrame, console: Console | None = None) -> None:
