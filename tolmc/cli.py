@@ -65,12 +65,17 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
     if resume is None and study is None:
         raise click.UsageError("name the STUDY file to run, or a directory with --resume.")
     from tolmc import monte_carlo, tables
+    from tolmc.clearance import interference_note
+    from tolmc.study import load_study
 
     if resume is not None:
         result = monte_carlo.resume(resume, study=study, extend=extend or 0, workers=workers, cluster=cluster)
     else:
+        loaded = load_study(study)
+        if note := interference_note(loaded.tolerances):
+            click.echo(f"Note: {note}", err=True)
         out = out or monte_carlo.default_directory(study)
-        result = monte_carlo.run(study, samples=samples, seed=seed, workers=workers, out=out, cluster=cluster)
+        result = monte_carlo.run(loaded, samples=samples, seed=seed, workers=workers, out=out, cluster=cluster)
     tables.print_result(result)
     if compare_section:
         from tolmc.section_comparison import compare_sections
