@@ -178,7 +178,10 @@ def test_ways_to_give_the_inertia(tmp_path, text, expected):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (('mass = "0.5 kg"', 'mas = "0.5 kg"'), ["[body] mass is missing", "did you mean 'mass'", "0.5 kg"]),
+        (
+            ('mass = "0.5 kg"', 'mas = "0.5 kg"'),
+            ["[body] mass is missing", "mas = '0.5 kg' is unknown; did you mean 'mass'"],
+        ),
         (('mass = "0.5 kg"', 'mass = "0.5 m"'), ["[body] mass = '0.5 m'", "a mass", "kg"]),
         (('mass = "0.5 kg"', "mass = -1"), ["[body] mass = -1", "> 0"]),
         (('"0.05 mm"', '"-0.05 mm"'), ["bearing_radius.tolerance = '-0.05 mm'", "[lower, upper]"]),
@@ -187,6 +190,11 @@ def test_ways_to_give_the_inertia(tmp_path, text, expected):
         (('"sobol"', '"sobl"'), ["sampling = 'sobl'", "did you mean 'sobol'", "latin_hypercube"]),
         (("samples = 3000", "samples = 0"), ["samples = 0", "1 to 1000000000"]),
         (("samples = 3000", "samples = 1.5"), ["samples = 1.5", "whole number"]),
+        (("samples = 3000", "samples = inf"), ["samples = inf", "whole number"]),
+        (("samples = 3000", 'samples = "3000"'), ["samples = '3000'", "whole number", "without quotes"]),
+        (("seed = 7", "seed = true"), ["seed = True", "whole number"]),
+        (("samples = 3000", "sample = 3000"), ["[monte_carlo] sample = 3000 is unknown", "did you mean 'samples'"]),
+        (("[body]", 'masss = "5 g"\n[body]'), ["[dimensions] masss = '5 g' is unknown", "did you mean 'mass'"]),
         (("workers = 2", 'workers = 2\nstep = "-1 ms"'), ["step = '-1 ms'", "> 0"]),
         (("workers = 2", 'workers = 2\nproject_energy = "yes"'), ["project_energy = 'yes'", "true or false"]),
         (("workers = 2", 'workers = 2\noutputs = ["tilt"]'), ["outputs.0 = 'tilt'", "tilt_angle"]),
