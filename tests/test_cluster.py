@@ -38,6 +38,15 @@ def test_the_numbers_are_those_of_a_local_run(tmp_path, cluster):
     assert_bitwise_equal(longer.samples, run(study.replaced(samples=3500)).samples)
 
 
+def test_a_sequential_run_stops_where_the_local_one_does(tmp_path, cluster):
+    until = '[monte_carlo]\nuntil = { output = "contact_force_D_max", statistic = "sd", width = 2.5e-5 }'
+    study = load_study(write(tmp_path, ("[monte_carlo]", until)))
+    result, local = run(study, out=tmp_path / "run", cluster=cluster.scheduler_address), run(study)
+    assert result.sequential.found == local.sequential.found
+    assert 1024 < result.study.samples < 3000
+    assert_bitwise_equal(result.samples, local.samples)
+
+
 def test_a_killed_worker_loses_nothing(tmp_path, cluster, monkeypatch):
     study = load_study(write(tmp_path, ('duration = "0.1 s"', 'duration = "2 s"'))).replaced(samples=30_000)
     monkeypatch.setattr(monte_carlo, "LARGEST_BLOCK", 512)

@@ -19,7 +19,7 @@ import os
 import platform
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from importlib.metadata import version
@@ -69,12 +69,18 @@ class _Plan(_Recorded):
     halving: bool = False
 
 
+_Count = Annotated[int, Field(ge=1, le=MAX_SAMPLES)]
+
+
 class _Record(_Recorded):
     """What run.json must hold for a run to go on."""
 
     title: str
     study_sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
-    samples: Annotated[int, Field(ge=1, le=MAX_SAMPLES)]
+    samples: _Count
+    #: Of a sequential run: its largest number of samples, and the number at which it stopped once it did.
+    most_samples: _Count | None = None
+    stopped_at: _Count | None = None
     sampling: Literal[SAMPLINGS]
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     block: Annotated[int, Field(ge=1)]
@@ -89,10 +95,13 @@ def versions() -> dict[str, str]:
 
 
 @contextmanager
-def create(path: str | Path, study: Study, *, block: int, plan: dict) -> Iterator[RunDirectory]:
+def create(
+    path: str | Path, study: Study, *, block: int, plan: dict, most_samples: int | None = None
+) -> Iterator[RunDirectory]:
     """A new run directory for ``study`` in blocks of ``block`` samples, locked until the context ends.
 
-    ``plan`` (how the motions are integrated) is kept in run.json, so that a resumed run goes on as it began.
+    ``plan`` (how the motions are integrated) is kept in run.json, so that a resumed run goes on as it began. So is
+    ``most_samples``, which makes the run a sequential one: it grows until the study's ``until`` is met.
 
     Raises
     ------
@@ -116,6 +125,7 @@ def create(path: str | Path, study: Study, *, block: int, plan: dict) -> Iterato
             "title": study.title,
             "study_sha256": study.sha256,
             "samples": study.samples,
+            **({} if most_samples is None else {"most_samples": most_samples}),
             "sampling": study.sampling,
             "seed": study.seed,
             "block": block,
@@ -176,6 +186,22 @@ class RunDirectory:
 
     def study(self) -> Study:
         """The study of this run, with the number of samples and the seed that the run has."""
+        return self._own_study().replaced(samples=self.record["samples"], seed=self.record["seed"])
+
+    def sequential_study(self) -> Study | None:
+        """The study as a sequential run was begun with it, ``until`` and the largest number of samples; else None."""
+        most = self.record.get("most_samples")
+        if most is None:
+            return None
+        study = self._own_study()
+        if study.until is None:
+            raise RunDirectoryError(
+                f"{self.path / 'run.json'} is damaged: most_samples = {most}, but the study has no [monte_carlo] until. "
+                "Restore it, or run anew."
+            )
+        return replace(study, samples=most, seed=self.record["seed"])
+
+    def _own_study(self) -> Study:
         try:
             study = load_study(self.path / "study.toml", data_folder=self.path / "data")
         except StudyError as error:
@@ -185,7 +211,7 @@ class RunDirectory:
                 f"{self.path}: study.toml has changed since the run began. Put it back as it was, or run the changed "
                 "study into a new directory."
             )
-        return study.replaced(samples=self.record["samples"], seed=self.record["seed"])
+        return study
 
     def rows(self) -> int:
         """Number of samples in samples.parquet."""
@@ -264,6 +290,12 @@ class RunDirectory:
     def write_file(self, name: str, write: Callable[[Path], object]) -> None:
         """A file that ``write`` writes to the path it is given (with the same ending as ``name``)."""
         _write(self.path / name, write)
+
+    def grow(self, samples: int) -> None:
+        """Make ``samples`` the number of samples of this run, where it has fewer."""
+        if samples > self.record["samples"]:
+            self.record["samples"] = samples
+            self._save_record()
 
     def finish(self, **facts) -> None:
         """Mark the run complete, keep ``facts`` about it in run.json, and remove the blocks."""
