@@ -12,6 +12,7 @@ from small_study import GEOMETRY, STUDIES, TEXT, write
 
 import tolmc
 from tolmc.cli import main
+from tolmc.errors import InputError
 
 
 @pytest.fixture(autouse=True)
@@ -46,6 +47,22 @@ def test_options_of_run(tmp_path):
     longer = tolmc.run(study, samples=520, seed=11).samples
     pd.testing.assert_frame_equal(pd.read_parquet("here/samples.parquet"), longer, check_categorical=False)
     assert invoke("run", study, "--resume", "here").exit_code == 0
+
+
+def test_tolerances_without_clearance_are_noted_before_the_run(tmp_path, monkeypatch):
+    wide = ('nominal = "20 mm", tolerance = "0.05 mm"', 'nominal = "20 mm", tolerance = "11 mm"')
+    path = write(tmp_path, wide, *GEOMETRY)
+    result = invoke("run", path, "--samples", 100)
+    assert result.exit_code == 0
+    for words in ("bearing_radius (from 9 mm)", "journal_radius (to 10 mm)", "R* − r* is -1 mm", "geometry invalid"):
+        assert words in result.stderr
+
+    def stop(*arguments, **options):
+        raise InputError("no work was begun")
+
+    monkeypatch.setattr("tolmc.monte_carlo.run", stop)
+    stopped = invoke("run", path)
+    assert stopped.stderr.startswith("Note: ") and stopped.stderr.endswith("Error: no work was begun\n")
 
 
 @pytest.mark.parametrize(

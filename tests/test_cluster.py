@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -34,6 +36,15 @@ def test_the_numbers_are_those_of_a_local_run(tmp_path, cluster):
     assert_bitwise_equal(result.samples, run(study).samples)
     longer = resume(tmp_path / "run", extend=500, cluster=cluster.scheduler_address)
     assert_bitwise_equal(longer.samples, run(study.replaced(samples=3500)).samples)
+
+
+def test_a_sequential_run_stops_where_the_local_one_does(tmp_path, cluster):
+    until = '[monte_carlo]\nuntil = { output = "contact_force_D_max", statistic = "sd", width = 2.5e-5 }'
+    study = load_study(write(tmp_path, ("[monte_carlo]", until)))
+    result, local = run(study, out=tmp_path / "run", cluster=cluster.scheduler_address), run(study)
+    assert result.sequential.found == local.sequential.found
+    assert 1024 < result.study.samples < 3000
+    assert_bitwise_equal(result.samples, local.samples)
 
 
 def test_a_killed_worker_loses_nothing(tmp_path, cluster, monkeypatch):
@@ -69,7 +80,7 @@ def test_a_block_that_kills_its_workers_ends_the_run(cluster):
 
 def test_a_cluster_that_cannot_be_used_is_refused(tmp_path):
     study = load_study(write(tmp_path, *GEOMETRY))
-    with pytest.raises(ClusterError, match="does not answer"):
+    with pytest.raises(ClusterError, match="cannot be reached"):
         run(study, out=tmp_path / "run", cluster="tcp://127.0.0.1:1")
     assert not (tmp_path / "run").exists()
     with (
@@ -78,3 +89,14 @@ def test_a_cluster_that_cannot_be_used_is_refused(tmp_path):
         crew(2, empty.scheduler_address),
     ):
         pass
+
+
+@pytest.mark.parametrize("address", ["foo", "foo://host:1", "tcp://host:x", "tls://127.0.0.1:5", ""])
+def test_what_is_no_address_ends_the_command_at_once(tmp_path, address):
+    # In a process of its own, because a client that was left open shows at the very end only.
+    command = [sys.executable, "-c", "from tolmc.cli import main; main()", "run", str(write(tmp_path, *GEOMETRY))]
+    command += ["--out", str(tmp_path / "run"), "--cluster", address]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith(f"Error: the Dask scheduler at {address!r} cannot be reached")
+    assert ended.stderr.count("\n") == 1

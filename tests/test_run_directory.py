@@ -1,5 +1,7 @@
 import json
+import math
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -246,7 +248,7 @@ def test_foreign_blocks_are_refused(tmp_path, study, stopped, monkeypatch):
         ("[1]", "not written by tolmc"),
         ('{"format": "x"}', "not written by tolmc"),
         (f'{{"format": {FORMAT + 1}}}', "Update tolmc"),
-        (f'{{"format": {FORMAT}}}', "title = None"),
+        (f'{{"format": {FORMAT}}}', "title is missing"),
     ],
 )
 def test_what_is_no_run_directory_is_refused(tmp_path, content, complaint):
@@ -325,6 +327,76 @@ def test_a_run_with_other_columns_is_not_mixed_with_this_version(finished):
 
 
 def test_a_plan_of_another_version_is_refused(stopped):
-    change_record(stopped, plan={"steps": 3, "cleverness": 7})
+    plan = json.loads((stopped / "run.json").read_text())["plan"]
+    change_record(stopped, plan=plan | {"cleverness": 7})
     with pytest.raises(RunDirectoryError, match="cleverness"):
         resume(stopped)
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"block": 0}, "block = 0"),
+        ({"block": True}, "block = True"),
+        ({"samples": 0}, "samples = 0"),
+        ({"samples": "20"}, "samples = '20'"),
+        ({"seed": -1}, "seed = -1"),
+        ({"sampling": "sobl"}, "sampling = 'sobl'"),
+        ({"state": "over"}, "state = 'over'"),
+        ({"study_sha256": "x"}, "study_sha256 = 'x'"),
+        ({"versions": {"tolmc": 1}}, "versions.tolmc = 1"),
+        ({"plan": None}, "plan = None"),
+    ],
+)
+def test_a_damaged_record_is_refused(stopped, changes, complaint):
+    change_record(stopped, **changes)
+    with pytest.raises(RunDirectoryError, match=rf"run\.json is damaged: {complaint}: .*Restore it"):
+        resume(stopped)
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"steps": "x"}, "plan.steps = 'x'"),
+        ({"steps": 0}, "plan.steps = 0"),
+        ({"accuracy": None}, "plan.accuracy = None"),
+        ({"accuracy": "Infinity"}, "plan.accuracy = 'Infinity'"),
+        ({"method": "rk9"}, "plan.method = 'rk9'"),
+        ({"formulation": 3}, "plan.formulation = 3"),
+        ({"pilot_error": -1.0}, "plan.pilot_error = -1.0"),
+        ({"features": {"exact": "no"}}, "plan.features.exact = 'no'"),
+        ({"halving": 1}, "plan.halving = 1"),
+    ],
+)
+def test_a_damaged_plan_is_refused(stopped, changes, complaint):
+    change_record(stopped, plan=json.loads((stopped / "run.json").read_text())["plan"] | changes)
+    with pytest.raises(RunDirectoryError, match=rf"run\.json is damaged: {complaint}: "):
+        resume(stopped)
+
+
+@pytest.mark.parametrize("pilot_error", [1e-9, math.inf, math.nan])
+def test_a_plan_survives_its_record(tmp_path, study, pilot_error):
+    plan = replace(run(study).plan, pilot_error=pilot_error)
+    with run_directory.create(tmp_path / "run", study, block=256, plan=monte_carlo._record_of(plan)):
+        pass
+
+    def refuse(constant):
+        raise AssertionError(f"{constant} is no JSON")
+
+    json.loads((tmp_path / "run" / "run.json").read_text(), parse_constant=refuse)
+    read = monte_carlo._recorded_plan(run_directory.read(tmp_path / "run"))
+    assert repr(read) == repr(plan)
+
+
+def test_an_infinite_error_that_python_wrote_is_still_read(stopped, study):
+    plan = json.loads((stopped / "run.json").read_text())["plan"]
+    change_record(stopped, plan=plan | {"pilot_error": math.inf})
+    assert "Infinity," in (stopped / "run.json").read_text().replace("}", ",")
+    assert resume(stopped).plan.pilot_error == math.inf
+
+
+def test_a_run_is_not_extended_past_the_largest_number(finished):
+    before = (finished / "run.json").read_text()
+    with pytest.raises(RunDirectoryError, match="allowed: at most 1000000000"):
+        resume(finished, extend=10**9)
+    assert (finished / "run.json").read_text() == before

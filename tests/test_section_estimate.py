@@ -7,7 +7,7 @@ import pytest
 from scenes import SYMMETRIC, dimensions
 
 from tolmc.mechanism import Joint
-from tolmc.section_estimate import section_error_estimate
+from tolmc.section_estimate import section_error_estimate, section_error_sentence
 from tolmc.simulation import simulate, simulate_many
 
 JOINTS = [Joint(0.01 * (1 + ratio), 0.01, 0.01 * L) for ratio, L in ((1e-4, 0.5), (0.01, 2.0), (1.0, 2.0), (0.5, 20.0))]
@@ -64,3 +64,11 @@ def test_nine_out_of_ten_force_peaks_stay_below_the_estimate():
     estimate = section_error_estimate(joint)["contact_force"]
     assert len(error) > 40
     assert error.quantile(0.8) < estimate < 10 * error.median()
+
+
+def test_the_sentence_names_position_tilt_and_contact_forces():
+    # The paper's joint: (1/cos(psi) - 1) r*/(R* - r*) = 9.72 %.
+    sentence = section_error_sentence(Joint(0.02, 0.01, 0.02))
+    assert "position by up to 9.72 %" in sentence and "tilt by up to 9.72 %" in sentence
+    assert "contact-force peaks by up to about 9.72 %" in sentence
+    assert "up to 0.000125 %" in section_error_sentence(Joint(0.01 * (1 + 1e-5), 0.01, 0.02))

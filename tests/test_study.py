@@ -9,7 +9,7 @@ from small_study import STUDIES, TEXT, write
 
 from tolmc.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
 from tolmc.mechanism import Body
-from tolmc.study import Study, StudyError, load_study
+from tolmc.study import Study, StudyError, Until, load_study
 
 BODY = "inertia = [4.08e-4, 4.08e-4, 1.2e-4]"
 HALF_LENGTH = 'half_length    = { nominal = "20 mm", tolerance = "0.1 mm", distribution = "uniform" }'
@@ -180,7 +180,10 @@ def test_ways_to_give_the_inertia(tmp_path, text, expected):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (('mass = "0.5 kg"', 'mas = "0.5 kg"'), ["[body] mass is missing", "did you mean 'mass'", "0.5 kg"]),
+        (
+            ('mass = "0.5 kg"', 'mas = "0.5 kg"'),
+            ["[body] mass is missing", "mas = '0.5 kg' is unknown; did you mean 'mass'"],
+        ),
         (('mass = "0.5 kg"', 'mass = "0.5 m"'), ["[body] mass = '0.5 m'", "a mass", "kg"]),
         (('mass = "0.5 kg"', "mass = -1"), ["[body] mass = -1", "> 0"]),
         (('"0.05 mm"', '"-0.05 mm"'), ["bearing_radius.tolerance = '-0.05 mm'", "[lower, upper]"]),
@@ -189,6 +192,11 @@ def test_ways_to_give_the_inertia(tmp_path, text, expected):
         (('"sobol"', '"sobl"'), ["sampling = 'sobl'", "did you mean 'sobol'", "latin_hypercube"]),
         (("samples = 3000", "samples = 0"), ["samples = 0", "1 to 1000000000"]),
         (("samples = 3000", "samples = 1.5"), ["samples = 1.5", "whole number"]),
+        (("samples = 3000", "samples = inf"), ["samples = inf", "whole number"]),
+        (("samples = 3000", 'samples = "3000"'), ["samples = '3000'", "whole number", "without quotes"]),
+        (("seed = 7", "seed = true"), ["seed = True", "whole number"]),
+        (("samples = 3000", "sample = 3000"), ["[monte_carlo] sample = 3000 is unknown", "did you mean 'samples'"]),
+        (("[body]", 'masss = "5 g"\n[body]'), ["[dimensions] masss = '5 g' is unknown", "did you mean 'mass'"]),
         (("workers = 2", 'workers = 2\nstep = "-1 ms"'), ["step = '-1 ms'", "> 0"]),
         (("workers = 2", 'workers = 2\nproject_energy = "yes"'), ["project_energy = 'yes'", "true or false"]),
         (("workers = 2", 'workers = 2\noutputs = ["tilt"]'), ["outputs.0 = 'tilt'", "tilt_angle"]),
@@ -227,6 +235,63 @@ def test_a_bad_field_is_named_with_value_and_remedy(tmp_path, change, words):
     assert str(tmp_path / "small.toml") in message
     for word in words:
         assert word in message
+
+
+UNTIL = '[monte_carlo]\nuntil = { output = "contact_force_D_max", statistic = "q99.865", width = "10 mN" }'
+YIELD = '[monte_carlo]\nuntil = { statistic = "yield", width = 0.01 }'
+
+
+@pytest.mark.parametrize(
+    ("text", "until"),
+    [
+        (UNTIL, Until("q99.865", 0.01, "contact_force_D_max")),
+        (UNTIL.replace("q99.865", "q5"), Until("q5", 0.01, "contact_force_D_max")),
+        (UNTIL.replace("q99.865", "mean"), Until("mean", 0.01, "contact_force_D_max")),
+        (YIELD.replace("0.01", '"1 %"'), Until("yield", 0.01)),
+    ],
+)
+def test_sampling_may_end_with_an_interval(tmp_path, text, until):
+    study = load_study(write(tmp_path, ("[monte_carlo]", text)))
+    assert study.until == until
+    assert study.replaced(seed=8, workers=1).until == until
+    assert study.replaced(samples=50).until is None
+    assert load_study(write(tmp_path)).until is None
+
+
+def test_the_level_of_a_quantile_is_that_of_its_name():
+    assert Until("q99.865", 1.0, "tilt_max").level == pytest.approx(0.99865, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ((UNTIL, "[monte_carlo]\nuntil = 5"), ["until = 5", "a table"]),
+        ((UNTIL, "[monte_carlo]\nuntil = { }"), ["until.statistic is missing", "q99.865", "until.width is missing"]),
+        (("q99.865", "median"), ["until.statistic = 'median'", "quantile in percent"]),
+        (("q99.865", "q0.0"), ["until.statistic = 'q0.0'", "quantile in percent"]),
+        (("q99.865", "q100"), ["until.statistic = 'q100'", "quantile in percent"]),
+        (("q99.865", "yield"), ["until.output = 'contact_force_D_max'", "leave output out"]),
+        (("10 mN", "10 mm"), ["until.width = '10 mm'", "not that of a force"]),
+        (("10 mN", "-1 N"), ["until.width = '-1 N'", "> 0"]),
+        (('"contact_force_D_max", s', '"contact_force", s'), ["until.output = 'contact_force'", "did you mean"]),
+        (("until = { output", "until = { outptu"), ["until.outptu = 'contact_force_D_max'", "did you mean 'output'"]),
+        (('output = "contact_force_D_max", s', "s"), ["until.output is missing", "'q99.865'"]),
+        (('"sobol"', '"latin_hypercube"'), ["until", "Latin hypercube", 'use sampling = "sobol"']),
+        (("samples = 3000", "samples = 1"), ["samples = 1", "largest number"]),
+    ],
+)
+def test_a_bad_until_is_named_with_value_and_remedy(tmp_path, change, words):
+    message = complaint(tmp_path, ("[monte_carlo]", UNTIL), change)
+    for word in words:
+        assert word in message
+
+
+def test_until_agrees_with_the_rest_of_the_study(tmp_path):
+    limits = ('tilt_angle = { max = "24.4 deg" }\n', ""), ('contact_force_D_max = { max = "4.5 N" }\n', "")
+    assert "add limits under [specification]" in complaint(tmp_path, *limits, ("[monte_carlo]", YIELD))
+    outputs = 'outputs = ["tilt_angle"]'
+    message = complaint(tmp_path, limits[1], ("[monte_carlo]", f"{UNTIL}\n{outputs}"))
+    assert "until.output = 'contact_force_D_max' is not among" in message
 
 
 def test_files_that_are_no_studies(tmp_path):

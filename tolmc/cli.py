@@ -44,7 +44,9 @@ def main() -> None:
 
 @main.command()
 @click.argument("study", type=_FILE, required=False)
-@click.option("--samples", type=click.IntRange(min=1), help="Number of samples, in place of the study's.")
+@click.option(
+    "--samples", type=click.IntRange(min=1), help="Number of samples, in place of the study's and of its `until`."
+)
 @click.option("--seed", type=click.IntRange(min=0), help="Seed, in place of the study's.")
 @click.option("--workers", type=click.IntRange(min=1), help="Parallel workers; the numbers do not depend on it.")
 @click.option("--out", type=_FILE, help="Directory to write into.  [default: runs/<study name>]")
@@ -56,7 +58,8 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
     """Sample the dimensions of STUDY, integrate every sample, write and print the statistics.
 
     Writes samples.parquet, summary.csv and pictures. A run that was stopped goes on with --resume DIR; a finished
-    one gets N more samples with --extend N --resume DIR.
+    one gets N more samples with --extend N --resume DIR. With `until` in its [monte_carlo] table a study is sampled
+    until an interval is narrow enough.
     """
     if extend is not None and resume is None:
         raise click.UsageError("--extend adds samples to a finished run: name its directory with --resume DIR.")
@@ -65,13 +68,20 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
     if resume is None and study is None:
         raise click.UsageError("name the STUDY file to run, or a directory with --resume.")
     from tolmc import monte_carlo, tables
+    from tolmc.clearance import interference_note
+    from tolmc.study import load_study
 
     if resume is not None:
         result = monte_carlo.resume(resume, study=study, extend=extend or 0, workers=workers, cluster=cluster)
     else:
+        loaded = load_study(study)
+        if note := interference_note(loaded.tolerances):
+            click.echo(f"Note: {note}", err=True)
         out = out or monte_carlo.default_directory(study)
-        result = monte_carlo.run(study, samples=samples, seed=seed, workers=workers, out=out, cluster=cluster)
+        result = monte_carlo.run(loaded, samples=samples, seed=seed, workers=workers, out=out, cluster=cluster)
     tables.print_result(result)
+    if result.sequential is not None:
+        click.echo(result.sequential.sentence())
     if compare_section:
         from tolmc.section_comparison import compare_sections
 

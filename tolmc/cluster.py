@@ -1,10 +1,11 @@
-"""Workers of an existing Dask cluster, through joblib's Dask backend."""
+"""Workers of an existing Dask cluster, through joblib's Dask backend; importing this needs Dask."""
 
 from __future__ import annotations
 
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
+from dask.distributed import Client
 from joblib._dask import DaskDistributedBackend
 
 from tolmc.errors import ClusterError
@@ -27,6 +28,16 @@ class _Backend(DaskDistributedBackend):
         return super().retrieve_result_callback(out)
 
 
+class _Client(Client):
+    """Dask's client, which does not close itself when it cannot start and then holds up the end of the process."""
+
+    def start(self, **options):
+        with ExitStack() as undo:
+            undo.callback(self.close)
+            super().start(**options)
+            undo.pop_all()
+
+
 @contextmanager
 def cluster_crew(address: str):
     """All workers of the Dask cluster whose scheduler is at ``address``, such as "tcp://host:8786".
@@ -34,16 +45,14 @@ def cluster_crew(address: str):
     Raises
     ------
     ClusterError
-        When Dask is missing, or the cluster does not answer or has no workers.
+        When ``address`` is none, or the cluster does not answer or has no workers.
     """
     try:
-        from dask.distributed import Client
-    except ImportError:
-        raise ClusterError('a cluster needs Dask: pip install "tolmc[cluster]".') from None
-    try:
-        client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise ClusterError(f"the Dask scheduler at {address!r} does not answer: {error}. Check the address.") from None
+        client = _Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:  # no answer; no address; a protocol that is not set up
+        raise ClusterError(
+            f"the Dask scheduler at {address!r} cannot be reached: {error}. Give its address, such as tcp://host:8786."
+        ) from None
     with client:
         size = sum(client.ncores().values())
         if size == 0:

@@ -6,6 +6,7 @@ plan of integration, made from the study alone, holds for all samples: no sample
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -25,6 +26,7 @@ from tolmc.mechanism import SCALARS, Scene
 from tolmc.motion import study_motion
 from tolmc.progress import progress
 from tolmc.run_directory import RunDirectory, RunDirectoryError
+from tolmc.sequential import Sequential, looks_of, outcome, sample_study
 from tolmc.simulation import (
     GEOMETRY_OUTPUTS,
     STATUSES,
@@ -56,8 +58,11 @@ class StudyResult:
         How the motions were integrated.
     nominal : dict
         Outputs at the nominal dimensions, SI units.
+    sequential : Sequential or None
+        How sampling ended, for a study with ``until``: at which number, and whether the interval was narrow enough.
     summary : DataFrame
-        A row an output, SI units: :func:`tolmc.statistics.summarise`.
+        A row an output, SI units: :func:`tolmc.statistics.summarise`. Its intervals, and those of the next two, are 95 %
+        intervals; those of a sequential run are wider, to hold at 95 % whichever look the run stops at.
     requirements, statuses : DataFrame
         :func:`tolmc.statistics.summarise_requirements` and :func:`tolmc.statistics.count_statuses`.
     samples : DataFrame
@@ -71,6 +76,7 @@ class StudyResult:
     study: Study
     plan: Plan
     nominal: dict[str, float | str]
+    sequential: Sequential | None
     summary: pd.DataFrame
     requirements: pd.DataFrame
     statuses: pd.DataFrame
@@ -100,8 +106,9 @@ def run(
     Parameters
     ----------
     study : Study or path
+        With ``until``, samples are drawn until its interval is narrow enough, at most ``study.samples``.
     samples, seed, workers : int, optional
-        In place of those of the study.
+        In place of those of the study; ``samples`` in place of its ``until`` too.
     out : path, optional
         Run directory to write (:mod:`tolmc.run_directory`); without it nothing is written.
     cluster : str, optional
@@ -120,7 +127,10 @@ def run(
         block = _block_size(study.samples, workforce.size)
         if out is None:
             return _run_in_memory(study, plan, workforce, block, began)
-        with run_directory.create(out, study, block=block, plan=_record_of(plan)) as directory:
+        most = None
+        if study.until is not None:
+            most, study = study.samples, study.replaced(samples=looks_of(study).start)
+        with run_directory.create(out, study, block=block, plan=_record_of(plan), most_samples=most) as directory:
             return _run_into(directory, study, plan, workforce, began)
 
 
@@ -135,6 +145,7 @@ def resume(
     """Go on with a stopped run, or add ``extend`` samples to a finished one.
 
     The outcome is bitwise equal to that of a run that was never stopped. ``study``, where given, must be the run's own.
+    A sequential run goes on until its interval is narrow enough; once finished it gets just the samples asked for.
 
     Raises
     ------
@@ -203,13 +214,14 @@ def _integrates(study: Study) -> bool:
 
 
 def _record_of(plan: Plan) -> dict:
-    # JSON has no NaN; what is left out takes its default again.
-    return {name: value for name, value in asdict(plan).items() if value == value}
+    # JSON has neither NaN nor infinity: what is left out takes its default again, infinity is a word.
+    return {name: "Infinity" if value == math.inf else value for name, value in asdict(plan).items() if value == value}
 
 
 def _recorded_plan(directory: RunDirectory) -> Plan:
+    plan = directory.record["plan"]
     try:
-        return Plan(**directory.record["plan"])
+        return Plan(**{**plan, "pilot_error": float(plan.get("pilot_error", math.nan))})
     except TypeError as error:
         raise RunDirectoryError(
             f"{directory.path} was begun by tolmc {directory.record['versions'].get('tolmc')}, whose plan of integration this "
@@ -254,15 +266,26 @@ def _block_size(samples: int, workers: int) -> int:
 
 
 def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began: float) -> StudyResult:
-    calls = ((study, plan, start, min(block, study.samples - start)) for start in range(0, study.samples, block))
-    with progress(study.title, study.samples) as counted, closing(workforce.map(_block, calls)) as computed:
-        table = pa.concat_tables(counted(computed)).unify_dictionaries()
+    tables: list[pa.Table] = []
 
     def read(columns: list[str] | None = None, rows: int | None = None) -> pa.Table:
-        chosen = table if columns is None else table.select(columns)
+        chosen = tables[0] if columns is None else tables[0].select(columns)
         return chosen if rows is None else chosen.slice(0, rows)
 
-    return _result(study, plan, _nominal_outputs(study, plan), read, None, began)
+    def draw(count: int) -> Columns:
+        done = sum(table.num_rows for table in tables)
+        calls = ((study, plan, start, min(block, count - start)) for start in range(done, count, block))
+        with progress(study.title, count, done) as counted, closing(workforce.map(_block, calls)) as computed:
+            tables[:] = [pa.concat_tables([*tables, *counted(computed)]).unify_dictionaries()]
+        return Columns(partial(read, rows=count))
+
+    sequential = None
+    if study.until is None:
+        draw(study.samples)
+    else:
+        sequential = sample_study(study, draw)
+        study = study.replaced(samples=sequential.found.count)
+    return _result(study, plan, _nominal_outputs(study, plan), sequential, read, None, began)
 
 
 def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, began: float) -> StudyResult:
@@ -270,19 +293,36 @@ def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew
         with ThreadPoolExecutor(1) as artist:
             # Matplotlib takes about as long as statistics: it draws the motion beside the workers, the samples beside them.
             pictures = [artist.submit(_draw_motion, directory, study)]
-            _compute_blocks(directory, study, plan, workforce)
+            sequential = _compute(directory, study, plan, workforce)
+            study = study.replaced(samples=directory.record["samples"])
             nominal = _nominal_outputs(study, plan)
             pictures.append(artist.submit(_draw_samples, directory, study, nominal))
-            result = _result(study, plan, nominal, directory.read, directory.path, began)
+            result = _result(study, plan, nominal, sequential, directory.read, directory.path, began)
             for picture in pictures:
                 picture.result()
         directory.write_text("summary.csv", result.summary.to_csv())
         directory.write_text("requirements.csv", result.requirements.to_csv())
-        directory.finish(seconds=round(time.perf_counter() - began, 3))
+        stop = {} if sequential is None else {"stopped_at": sequential.found.count}
+        directory.finish(seconds=round(time.perf_counter() - began, 3), **stop)
     except (OSError, KeyboardInterrupt, ClusterError) as error:
         error.add_note(f"Finished blocks are kept; go on with: tolmc run --resume {directory.path}")
         raise
     return result
+
+
+def _compute(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew) -> Sequential | None:
+    """All samples of a run in samples.parquet; of a sequential one, as many as it takes."""
+
+    def draw(count: int) -> Columns:
+        directory.grow(count)
+        _compute_blocks(directory, study.replaced(samples=directory.record["samples"]), plan, workforce)
+        return Columns(partial(directory.read, rows=count))
+
+    asked, stopped_at = directory.sequential_study(), directory.record.get("stopped_at")
+    if asked is not None and stopped_at is None:
+        return sample_study(asked, draw)
+    draw(directory.record["samples"])
+    return None if asked is None else outcome(asked, Columns(partial(directory.read, rows=stopped_at)))
 
 
 def _compute_blocks(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew) -> None:
@@ -310,6 +350,7 @@ def _result(
     study: Study,
     plan: Plan,
     nominal: dict[str, float | str],
+    sequential: Sequential | None,
     read: Callable[..., pa.Table],
     directory: Path | None,
     began: float,
@@ -317,6 +358,8 @@ def _result(
     samples, specification = Columns(read), study.specification
     outputs = [name for name in units.OUTPUTS if name in samples]
     drawn = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
+    if sequential is not None:
+        drawn["confidence"] = sequential.looks.look_confidence
     accuracies = _integration_errors(plan, nominal, outputs)
     summary = statistics.summarise(
         samples, outputs=outputs, specification=specification, accuracies=accuracies, workers=study.workers,
@@ -327,6 +370,7 @@ def _result(
         study=study,
         plan=plan,
         nominal=nominal,
+        sequential=sequential,
         summary=summary,
         requirements=statistics.summarise_requirements(
             samples, specification=specification, on_contact_loss=study.on_contact_loss, **drawn

@@ -14,23 +14,28 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import platform
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from tolmc.errors import InputError
-from tolmc.study import Study, StudyError, load_study
+from tolmc.sampling import SAMPLINGS
+from tolmc.study import MAX_SAMPLES, Study, StudyError, load_study
+from tolmc.study_fields import short
 
 #: Number of the layout above. Raise it when the layout changes, and teach :func:`_read_record` the earlier one.
 FORMAT = 1
@@ -43,16 +48,61 @@ class RunDirectoryError(InputError):
     """A directory that a run may not use; the message says why and what to do."""
 
 
+class _Recorded(BaseModel):
+    # What a later version adds passes: it is that version's to judge.
+    model_config = ConfigDict(extra="allow", strict=True)
+
+
+def _read_infinity(value: object) -> object:
+    return math.inf if value == "Infinity" else value
+
+
+class _Plan(_Recorded):
+    """A plan of integration, tolmc.simulation.Plan, in JSON: an infinite error is a word there."""
+
+    formulation: Literal["slope", "published", "published-regular"]
+    method: Literal["rk4", "rk8"]
+    steps: Annotated[int, Field(ge=1, le=10**9)]
+    accuracy: Annotated[float, Field(gt=0, allow_inf_nan=False)]
+    pilot_error: Annotated[float, BeforeValidator(_read_infinity), Field(ge=0)] = 0.0
+    features: dict[str, bool] = Field(default_factory=dict)
+    halving: bool = False
+    unresolved: Annotated[int, Field(ge=0)] = 0
+
+
+_Count = Annotated[int, Field(ge=1, le=MAX_SAMPLES)]
+
+
+class _Record(_Recorded):
+    """What run.json must hold for a run to go on."""
+
+    title: str
+    study_sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+    samples: _Count
+    #: Of a sequential run: its largest number of samples, and the number at which it stopped once it did.
+    most_samples: _Count | None = None
+    stopped_at: _Count | None = None
+    sampling: Literal[SAMPLINGS]
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    block: Annotated[int, Field(ge=1)]
+    plan: _Plan
+    state: Literal["running", "complete"]
+    versions: dict[str, str]
+
+
 def versions() -> dict[str, str]:
     """Versions of everything that takes part in a run's numbers."""
     return {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}}
 
 
 @contextmanager
-def create(path: str | Path, study: Study, *, block: int, plan: dict) -> Iterator[RunDirectory]:
+def create(
+    path: str | Path, study: Study, *, block: int, plan: dict, most_samples: int | None = None
+) -> Iterator[RunDirectory]:
     """A new run directory for ``study`` in blocks of ``block`` samples, locked until the context ends.
 
-    ``plan`` (how the motions are integrated) is kept in run.json, so that a resumed run goes on as it began.
+    ``plan`` (how the motions are integrated) is kept in run.json, so that a resumed run goes on as it began. So is
+    ``most_samples``, which makes the run a sequential one: it grows until the study's ``until`` is met.
 
     Raises
     ------
@@ -76,6 +126,7 @@ def create(path: str | Path, study: Study, *, block: int, plan: dict) -> Iterato
             "title": study.title,
             "study_sha256": study.sha256,
             "samples": study.samples,
+            **({} if most_samples is None else {"most_samples": most_samples}),
             "sampling": study.sampling,
             "seed": study.seed,
             "block": block,
@@ -136,6 +187,22 @@ class RunDirectory:
 
     def study(self) -> Study:
         """The study of this run, with the number of samples and the seed that the run has."""
+        return self._own_study().replaced(samples=self.record["samples"], seed=self.record["seed"])
+
+    def sequential_study(self) -> Study | None:
+        """The study as a sequential run was begun with it, ``until`` and the largest number of samples; else None."""
+        most = self.record.get("most_samples")
+        if most is None:
+            return None
+        study = self._own_study()
+        if study.until is None:
+            raise RunDirectoryError(
+                f"{self.path / 'run.json'} is damaged: most_samples = {most}, but the study has no [monte_carlo] until. "
+                "Restore it, or run anew."
+            )
+        return replace(study, samples=most, seed=self.record["seed"])
+
+    def _own_study(self) -> Study:
         try:
             study = load_study(self.path / "study.toml", data_folder=self.path / "data")
         except StudyError as error:
@@ -145,7 +212,7 @@ class RunDirectory:
                 f"{self.path}: study.toml has changed since the run began. Put it back as it was, or run the changed "
                 "study into a new directory."
             )
-        return study.replaced(samples=self.record["samples"], seed=self.record["seed"])
+        return study
 
     def rows(self) -> int:
         """Number of samples in samples.parquet."""
@@ -225,6 +292,12 @@ class RunDirectory:
         """A file that ``write`` writes to the path it is given (with the same ending as ``name``)."""
         _write(self.path / name, write)
 
+    def grow(self, samples: int) -> None:
+        """Make ``samples`` the number of samples of this run, where it has fewer."""
+        if samples > self.record["samples"]:
+            self.record["samples"] = samples
+            self._save_record()
+
     def finish(self, **facts) -> None:
         """Mark the run complete, keep ``facts`` about it in run.json, and remove the blocks."""
         self.record.update(state="complete", finished=_now(), **facts)
@@ -261,7 +334,12 @@ class RunDirectory:
                 'sampling = "sobol" or "random", or run anew with more samples.'
             )
         self.rows()
-        self.record.update(samples=self.record["samples"] + count, state="running")
+        samples = self.record["samples"] + count
+        if samples > MAX_SAMPLES:
+            raise RunDirectoryError(
+                f"{self.path}: {count} more would make {samples} samples; allowed: at most {MAX_SAMPLES}. Add fewer."
+            )
+        self.record.update(samples=samples, state="running")
         self._save_record()
 
     def _block_path(self, start: int) -> Path:
@@ -286,7 +364,7 @@ class RunDirectory:
         return file
 
     def _save_record(self) -> None:
-        self.write_text("run.json", json.dumps(self.record, indent=2) + "\n")
+        self.write_text("run.json", json.dumps(self.record, indent=2, allow_nan=False) + "\n")
 
 
 # Random doubles do not compress, and every sample's row is read as a whole column or not at all.
@@ -345,7 +423,8 @@ def _is_copy(path: Path, content: bytes) -> bool:
 def _read_record(path: Path) -> dict:
     file = path / "run.json"
     try:
-        record = json.loads(file.read_text(encoding="utf-8"))
+        # Infinity and NaN, which are no JSON but which Python reads and once wrote, are words from here on.
+        record = json.loads(file.read_text(encoding="utf-8"), parse_constant=str)
     except (FileNotFoundError, NotADirectoryError):
         raise RunDirectoryError(f"{path} is no run directory: it has no run.json.") from None
     except (OSError, ValueError, RecursionError) as error:
@@ -356,11 +435,20 @@ def _read_record(path: Path) -> dict:
         raise RunDirectoryError(
             f"{file} has format {record['format']}, this tolmc reads formats up to {FORMAT}. Update tolmc."
         )
-    expected = {"title": str, "study_sha256": str, "samples": int, "sampling": str, "seed": int, "block": int}
-    for name, kind in {**expected, "state": str, "versions": dict, "plan": dict}.items():
-        if not isinstance(record.get(name), kind):
-            raise RunDirectoryError(f"{file} is damaged: {name} = {record.get(name)!r}. Restore it, or run anew.")
+    try:
+        _Record.model_validate(record)
+    except ValidationError as error:
+        raise RunDirectoryError(
+            f"{file} is damaged: {_fault(error.errors(include_url=False)[0])}. Restore it, or run anew."
+        ) from None
     return record
+
+
+def _fault(item: dict) -> str:
+    field = ".".join(str(part) for part in item["loc"])
+    if item["type"] == "missing":
+        return f"{field} is missing"
+    return f"{field} = {short(item['input'])}: {item['msg'][0].lower()}{item['msg'][1:]}"
 
 
 @contextmanager

@@ -4,26 +4,32 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 
 from tolmc import units
 from tolmc.errors import InputError
 from tolmc.mechanism import SECTIONS
 from tolmc.monte_carlo import StudyResult, run
+from tolmc.statistics import QUANTILES
 
-_STATISTICS = ("mean", "sd", "min", "max", "q0.135", "q5", "q50", "q95", "q99.865")
+_STATISTICS = ("mean", "sd", "min", *QUANTILES, "max")
+_SHARES = ("share_least", "share_most")
 _SAME_IN_BOTH = {"tilt_angle", "effective_radius", "approximate_radius"}
 _NOT_COMPARED = _SAME_IN_BOTH | set(units.CHECKS)
 
 
 def compare_sections(result: StudyResult) -> pd.DataFrame:
-    """Every statistic of a run with ``section = "circle"`` and ``"exact"``, the other one run now on the same samples.
+    """Everything a run says with ``section = "circle"`` and ``"exact"``, the other one run now on the same samples.
 
     Returns
     -------
     pandas.DataFrame, index ``output``, ``statistic``
         ``circle`` and ``exact`` in the output's unit (N, rad, s), ``difference`` = circle - exact, ``difference_percent`` of
-        the exact value. The geometry (equations (1)-(3)) is the same in both and left out.
+        the exact value (NaN where that is 0). Rows: the statistics of every output, but for the geometry (equations
+        (1)-(3)), which is the same in both; ``share_least`` and ``share_most`` of every requirement, of any being broken
+        and of contact loss, as :func:`tolmc.statistics.summarise_requirements` names them; under ``status``, the share of
+        every status.
 
     Raises
     ------
@@ -36,15 +42,21 @@ def compare_sections(result: StudyResult) -> pd.DataFrame:
     joint = study.scene.joint
     other = next(section for section in SECTIONS if section != joint.section)
     changed = replace(study, scene=replace(study.scene, joint=replace(joint, section=other)))
-    summaries = {joint.section: result.summary, other: run(changed).summary}
-    rows = {
-        (output, statistic): {section: summaries[section].at[output, statistic] for section in SECTIONS}
-        for output in result.summary.index
-        if output not in _NOT_COMPARED
-        for statistic in _STATISTICS
-    }
-    table = pd.DataFrame.from_dict(rows, orient="index", columns=list(SECTIONS), dtype=float)
-    table.index = pd.MultiIndex.from_tuples(table.index, names=["output", "statistic"])
+    found = {joint.section: _everything(result), other: _everything(run(changed))}
+    keys = list(found["circle"] | found["exact"])
+    # Only a status may be missing in one of them, which then has no such samples.
+    columns = {section: [float(values.get(key, 0.0)) for key in keys] for section, values in found.items()}
+    index = pd.MultiIndex.from_tuples(keys, names=["output", "statistic"])
+    table = pd.DataFrame(columns, index, columns=list(SECTIONS))
     table["difference"] = table["circle"] - table["exact"]
-    table["difference_percent"] = 100 * table["difference"] / table["exact"].abs()
+    table["difference_percent"] = 100 * table["difference"] / table["exact"].abs().replace(0.0, np.nan)
     return table
+
+
+def _everything(result: StudyResult) -> dict[tuple[str, str], float]:
+    """{(output, statistic): value} of a run, requirements and statuses with it."""
+    compared = result.summary.drop(index=_NOT_COMPARED, errors="ignore")
+    rows = {(output, name): compared.at[output, name] for output in compared.index for name in _STATISTICS}
+    shares = result.requirements
+    rows |= {(requirement, name): shares.at[requirement, name] for requirement in shares.index for name in _SHARES}
+    return rows | {("status", str(status)): share for status, share in result.statuses["share"].items()}

@@ -7,14 +7,15 @@ kind or out of range ends in a :class:`StudyError` that names the field, its val
 from __future__ import annotations
 
 import hashlib
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictBool
+from pydantic import BeforeValidator, Field, StrictBool, ValidationInfo
 
 from tolmc import units
 from tolmc.errors import InputError
@@ -77,6 +78,33 @@ class _Motion(Section):
     duration: quantity("s", positive=True)
 
 
+def _read_statistic(value: object) -> str:
+    percent = re.fullmatch(r"q(\d{1,2}(?:\.\d{1,12})?)", value) if isinstance(value, str) else None
+    if value not in ("mean", "sd", "yield") and not (percent and float(percent[1]) > 0):
+        raise ValueError('expected "mean", "sd", "yield" or a quantile in percent such as "q99.865"')
+    return value
+
+
+def _read_width(value: object, info: ValidationInfo) -> float:
+    output = info.data.get("output")
+    if output is None and info.data.get("statistic") != "yield":
+        return 1.0  # the output is at fault, which is told, and the unit not known
+    width = units.read(value, units.SI[output] if output else "1")
+    if width <= 0:
+        raise ValueError("expected a width > 0")
+    return width
+
+
+class _Until(Section):
+    output: Literal[units.OUTPUTS] | None = None
+    statistic: Annotated[str, BeforeValidator(_read_statistic)] = Field(
+        description='give "mean", "sd", "yield" or a quantile in percent such as "q99.865"'
+    )
+    width: Annotated[float, BeforeValidator(_read_width)] = Field(
+        description="give the largest width of the interval, in the output's unit"
+    )
+
+
 class _MonteCarlo(Section):
     samples: whole(1, MAX_SAMPLES) = 10_000
     sampling: Literal["random", "latin_hypercube", "sobol"] = "sobol"
@@ -89,6 +117,7 @@ class _MonteCarlo(Section):
     project_energy: StrictBool = False
     halving: StrictBool = False
     outputs: list[Literal[units.OUTPUTS]] | None = None
+    until: _Until | None = None
 
 
 class _Limits(Section):
@@ -109,6 +138,29 @@ class _File(Section):
     allocation: dict[str, Any] = Field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Until:
+    """The interval that ends sampling when it is narrow enough.
+
+    Attributes
+    ----------
+    statistic : "mean", "sd", a quantile in percent such as "q99.865", or "yield"
+    width : float
+        Of the interval, upper less lower bound, at most; in the output's SI unit, for the yield a number.
+    output : str or None
+        None for the yield, the share of samples that meet every requirement.
+    """
+
+    statistic: str
+    width: float
+    output: str | None = None
+
+    @property
+    def level(self) -> float:
+        """Share of the samples below the quantile."""
+        return float(self.statistic.removeprefix("q")) / 100
+
+
 @dataclass(frozen=True, eq=False)
 class Study:
     """A study, checked as a whole; SI units.
@@ -125,6 +177,8 @@ class Study:
     specification : {output: {"min": limit, "max": limit}}
     samples, sampling, seed, workers, accuracy, step, method, formulation, on_contact_loss, project_energy, halving, outputs
         As :func:`tolmc.run` and :func:`tolmc.simulate_many` take them.
+    until : Until or None
+        Where given, sampling stops when this interval is narrow enough, and ``samples`` is the largest number.
     allocation : mapping
         The [allocation] table as written, for :mod:`tolmc.allocation`.
     source : str
@@ -150,6 +204,7 @@ class Study:
     project_energy: bool
     halving: bool
     outputs: tuple[str, ...] | None
+    until: Until | None
     allocation: Mapping[str, Any]
     source: str
     data_files: Mapping[str, bytes]
@@ -163,14 +218,17 @@ class Study:
         return digest.hexdigest()
 
     def replaced(self, *, samples: int | None = None, seed: int | None = None, workers: int | None = None) -> Study:
-        """The study with another number of samples, seed or number of workers; None keeps its own."""
+        """The study with another number of samples, seed or number of workers; None keeps its own.
+
+        A number of samples given here is the number drawn: it takes the place of ``until`` too.
+        """
         given = {"samples": samples, "seed": seed, "workers": workers}
         given = {name: value for name, value in given.items() if value is not None}
         try:
             validated(_MonteCarlo, given, "monte_carlo")
         except Faults as faults:
             raise StudyError("\n".join(faults.sentences)) from None
-        return replace(self, **given)
+        return replace(self, **given, until=None if "samples" in given else self.until)
 
 
 def load_study(path: str | Path, *, data_folder: str | Path | None = None) -> Study:
@@ -209,14 +267,16 @@ def _study(name: str, source: str, content: dict[str, Any], data_folder: Path) -
     scene = _scene(file, table.joint)
     settings = file.monte_carlo.model_dump()
     outputs = settings.pop("outputs")
+    specification = _specification(file.specification, outputs)
     return Study(
         name=name,
         title=file.title or name,
         scene=scene,
         tolerances=table.tolerances({**scene.scalars, **table.joint}, file.correlation),
-        specification=_specification(file.specification, outputs),
+        specification=specification,
         formulation=file.model.formulation,
         outputs=None if outputs is None else tuple(outputs),
+        until=_until(settings.pop("until"), file.monte_carlo, specification),
         allocation=file.allocation,
         source=source,
         data_files=table.data_files,
@@ -263,3 +323,28 @@ def _specification(table: dict[str, Any], outputs: list[str] | None) -> dict[str
             raise Faults(f"{place('specification', name)} is not among [monte_carlo] outputs; add it there.")
         specification[name] = given
     return specification
+
+
+def _until(table: dict[str, Any] | None, settings: _MonteCarlo, specification: dict) -> Until | None:
+    if table is None:
+        return None
+    until, field = Until(**table), place("monte_carlo", "until")
+    if settings.sampling == "latin_hypercube":
+        raise Faults(
+            f"{field} adds samples until an interval is narrow enough, and a Latin hypercube is made for its number of "
+            'samples; use sampling = "sobol" or "random".'
+        )
+    if settings.samples < 2:
+        raise Faults(
+            f"{place('monte_carlo', 'samples')} = {settings.samples!r}: with until, the largest number; give > 1."
+        )
+    if until.statistic == "yield":
+        if until.output is not None:
+            raise Faults(f"{field}.output = {until.output!r}: the yield is that of all requirements; leave output out.")
+        if not specification:
+            raise Faults(f"{field}.statistic = 'yield' needs requirements; add limits under [specification].")
+    elif until.output is None:
+        raise Faults(f"{field}.output is missing; name the output whose {until.statistic!r} is meant.")
+    elif settings.outputs is not None and until.output not in settings.outputs:
+        raise Faults(f"{field}.output = {until.output!r} is not among [monte_carlo] outputs; add it there.")
+    return until

@@ -5,7 +5,7 @@ Pydantic checks; what it finds is put into our words: the field, its value, what
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
 from reprlib import Repr
@@ -45,13 +45,15 @@ def quantity(unit: str, *, positive: bool = False):
 
 
 def whole(lowest: int, highest: int):
-    """Type of a whole number in a range."""
+    """Type of a whole number in a range; strings carry units, and a count has none."""
 
     def read(value: object) -> int:
-        number = value if isinstance(value, int) and not isinstance(value, bool) else units.read(value, "1")
-        if number != int(number) or not lowest <= number <= highest:
+        if isinstance(value, str):
+            raise ValueError(f"expected a whole number from {lowest} to {highest}; write it without quotes")
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not is_number or not lowest <= value <= highest or value != int(value):
             raise ValueError(f"expected a whole number from {lowest} to {highest}")
-        return int(number)
+        return int(value)
 
     return Annotated[int, BeforeValidator(read)]
 
@@ -104,12 +106,12 @@ def in_section(*where: str) -> Iterator[None]:
         raise Faults(f"{place(*where)}: {error}") from None
 
 
-def check_names(table: Iterable[str], allowed: Iterable[str], *where: str) -> None:
+def check_names(table: Mapping[str, object], allowed: Iterable[str], *where: str) -> None:
     """Faults where the table has a name that is not allowed."""
     allowed = tuple(allowed)
     unknown = [name for name in table if name not in allowed]
     if unknown:
-        raise Faults(*(_unknown(place(*where, name), name, allowed) for name in unknown))
+        raise Faults(*(_unknown(place(*where, name), name, table[name], allowed) for name in unknown))
 
 
 def place(*where: str | int) -> str:
@@ -131,8 +133,9 @@ def short(value: object) -> str:
     return shortener.repr(value)
 
 
-def _unknown(field: str, name: str, allowed: tuple[str, ...]) -> str:
-    return f"{field} is unknown{suggestion(name, allowed) or ';'} Allowed: {', '.join(allowed)}."
+def _unknown(field: str, name: str, value: object, allowed: tuple[str, ...]) -> str:
+    shown = field if isinstance(value, dict) else f"{field} = {short(value)}"
+    return f"{shown} is unknown{suggestion(name, allowed) or ';'} Allowed: {', '.join(allowed)}."
 
 
 def _sentence(model: type[Section], item: dict, where: tuple[str, ...]) -> str:
@@ -143,7 +146,7 @@ def _sentence(model: type[Section], item: dict, where: tuple[str, ...]) -> str:
         description = _owner(model, loc).model_fields[loc[-1]].description
         return f"{field} is missing; {description or 'add it'}."
     if kind == "extra_forbidden":
-        return _unknown(field, str(loc[-1]), tuple(_owner(model, loc).model_fields))
+        return _unknown(field, str(loc[-1]), item["input"], tuple(_owner(model, loc).model_fields))
     value = short(item["input"])
     if kind == "value_error":
         return f"{field} = {value}: {item['ctx']['error']}."

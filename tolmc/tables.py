@@ -15,7 +15,7 @@ from rich.table import Table
 
 from tolmc import units
 from tolmc.rounding import NEGLIGIBLE, fixed, without_rounding_errors
-from tolmc.section_estimate import section_error_estimate
+from tolmc.section_estimate import section_error_sentence
 
 _DIGITS = 5
 #: Columns of the summary table, and their digits.
@@ -80,12 +80,8 @@ def print_result(result, console: Console | None = None) -> None:
     if not math.isnan(result.plan.pilot_error):
         console.print(budget_table(result.summary))
     if study.scene.joint.section == "circle" and any(name.startswith("contact_force") for name in result.summary.index):
-        share = section_error_estimate(study.scene.joint)["contact_force"]
-        console.print(
-            "\n[bold]Circle or exact section[/]: on this joint the circle of constant radius misstates contact-force peaks "
-            f"by up to about {share_text(share)} in nine motions of ten; --compare-section measures it.",
-            highlight=False,
-        )
+        sentence = section_error_sentence(study.scene.joint)
+        console.print(f"\n[bold]Circle or exact section[/]: {sentence}", highlight=False)
     if result.directory is not None:
         console.print(
             f"Written: {escape(str(result.directory))} (samples.parquet, summary.csv, pictures)", soft_wrap=True
@@ -184,19 +180,49 @@ def budget_table(summary: pd.DataFrame) -> Grid:
 
 
 def print_comparison(comparison: pd.DataFrame, console: Console | None = None) -> None:
-    """Circle against exact section, statistic by statistic: :func:`tolmc.section_comparison.compare_sections`."""
-    statistics = {"mean": "mean", "sd": "sd", "q50": "median", "q99.865": "99.865 %"}
-    table = Grid(
-        "Output", *statistics.values(), title="The circle less the exact section, in percent of the exact value"
-    )
-    for output in comparison.index.get_level_values("output").unique():
-        shares = comparison.loc[output, "difference_percent"]
-        if shares.notna().any():
-            table.add_row(
-                units.label(output),
-                *(f"{shares[name]:+.3g}" if shares[name] == shares[name] else "–" for name in statistics),
-            )
-    (console or standard_output()).print(table)
+    """Circle against exact section, every statistic and share of :func:`tolmc.section_comparison.compare_sections`."""
+    console = console or standard_output()
+    differences = comparison["difference_percent"].unstack("statistic", sort=False)
+    if "mean" in differences:
+        outputs = differences[differences["mean"].notna()]
+        moments = {"mean": "mean", "sd": "sd", "min": "min", "max": "max"}
+        quantiles = {"q0.135": "0.135 %", "q5": "5 %", "q50": "median", "q95": "95 %", "q99.865": "99.865 %"}
+        console.print(
+            _difference_table(outputs, moments, title="Circle less exact section, in percent of the exact value")
+        )
+        console.print(_difference_table(outputs, quantiles, title="The same for the quantiles"))
+    console.print(_share_difference_table(comparison))
+
+
+def _difference_table(differences: pd.DataFrame, statistics: Mapping[str, str], *, title: str) -> Grid:
+    table = Grid("Output", *statistics.values(), title=title)
+    for output, row in differences[list(statistics)].iterrows():
+        table.add_row(units.label(output), *("–" if np.isnan(value) else f"{value:+.3g}" for value in row))
+    return table
+
+
+def _share_difference_table(comparison: pd.DataFrame) -> Grid:
+    """Requirements, between two bounds where failed samples leave their shares open, and statuses."""
+    from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS
+
+    table = Grid("Share of the samples", "circle", "exact", "difference", title="Requirements and statuses")
+    ends = {"share_least": ", at least", "share_most": ", at most"}
+    for (output, statistic), row in comparison.iterrows():
+        if output == "status":
+            label = f"Status {statistic}"
+        elif statistic in ends:
+            is_settled = comparison.loc[(output, "share_least")].equals(comparison.loc[(output, "share_most")])
+            if is_settled and statistic == "share_most":
+                continue
+            label = {CONTACT_LOSS: "Contact lost", ANY_REQUIREMENT: "Any requirement broken"}.get(
+                output, f"{units.label(output)}, out"
+            ) + ("" if is_settled else ends[statistic])
+        else:
+            continue
+        sign = "+" if row["difference"] > 0 else "−" if row["difference"] < 0 else ""
+        difference = f"{sign}{share_text(abs(row['difference']))}"
+        table.add_row(label, share_text(row["circle"]), share_text(row["exact"]), difference)
+    return table
 
 
 def print_answers(

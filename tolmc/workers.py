@@ -15,6 +15,8 @@ from typing import Any
 
 import joblib
 
+from tolmc.errors import ClusterError
+
 
 @dataclass(frozen=True)
 class Crew:
@@ -40,12 +42,14 @@ class Crew:
 def crew(workers: int, cluster: str | None = None) -> Iterator[Crew]:
     """Threads, or all workers of the Dask cluster whose scheduler is at the address ``cluster``.
 
-    ClusterError where the cluster cannot be used, and from :meth:`Crew.map` where it gave up.
+    ClusterError where Dask is missing or the cluster cannot be used, and from :meth:`Crew.map` where it gave up.
     """
     if cluster is None:
         yield Crew(workers, "threading")
         return
-    from tolmc.cluster import cluster_crew
-
+    try:
+        from tolmc.cluster import cluster_crew
+    except ImportError:
+        raise ClusterError('a cluster needs Dask: pip install "tolmc[cluster]".') from None
     with cluster_crew(cluster) as started:
         yield started
