@@ -4,6 +4,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from scenes import DIMENSIONS
 from small_study import GEOMETRY, write
 
 import tolmc
@@ -98,6 +99,58 @@ def test_other_scalars_vary_too(tmp_path):
     )
     assert result.samples["mass"].between(0.45, 0.55).all() and result.samples["mass"].nunique() == 64
     assert np.corrcoef(result.samples["mass"], result.samples["contact_force_D_mean"])[0, 1] > 0.9
+
+
+INERTIA_ABOUT_O = "inertia = [4.08e-4, 4.08e-4, 1.2e-4]"
+MASS = (
+    'distribution = "uniform" }',
+    'distribution = "uniform" }\nmass = { tolerance = "0.05 kg" }',
+)
+
+
+@pytest.mark.parametrize(
+    ("body", "grows"),
+    [
+        ('solid_cylinder = { radius = "20 mm", length = "60 mm" }', True),
+        ("centroidal_inertia = [4e-4, 4e-4, 1.2e-4]", False),
+    ],
+)
+def test_the_inertia_follows_mass_and_centre_unless_given_about_o(tmp_path, body, grows):
+    center = ("[body]", 'center_of_mass_z = { tolerance = "1 mm" }\n\n[body]')
+    result = run(write(tmp_path, MASS, center, (INERTIA_ABOUT_O, body)), samples=40)
+    samples, nominal = result.samples, result.study.scene.body
+    assert samples["mass"].std() > 0.01
+    about_center = nominal.centroidal_inertia[0, 0] * (samples["mass"] / 0.5 if grows else 1.0)
+    inertia = {
+        "inertia_xx": about_center + samples["mass"] * samples["center_of_mass_z"] ** 2,
+        "inertia_zz": nominal.inertia[2, 2] * (samples["mass"] / 0.5 if grows else 1.0),
+    }
+    inertia["inertia_yy"] = inertia["inertia_xx"]
+    columns = {name: samples[name] for name in ("mass", "center_of_mass_z")}
+    expected = simulate_many(
+        result.study.scene,
+        **{name: samples[name] for name in DIMENSIONS},
+        parameters=columns | inertia,
+        plan=result.plan,
+    )
+    for name in ("contact_force_D_max", "contact_force_E_min", "tilt_max"):
+        np.testing.assert_allclose(samples[name], expected[name], rtol=1e-9)
+    assert not any(name.startswith("inertia") for name in samples)
+
+
+def test_replay_of_a_sample_with_its_own_mass(tmp_path):
+    cylinder = (INERTIA_ABOUT_O, 'solid_cylinder = { radius = "20 mm", length = "60 mm" }')
+    run(write(tmp_path, MASS, cylinder), samples=40, out=tmp_path / "run")
+    _, scene, motion, row = replay(tmp_path / "run", 7)
+    assert scene.body == tolmc.Body.solid_cylinder(row["mass"], 0.02, 0.06, (0, 0, 0.004))
+    assert motion.contact_force[:, 0].max() == pytest.approx(row["contact_force_D_max"], rel=1e-3)
+
+
+def test_an_inertia_cannot_vary_in_two_ways(tmp_path):
+    cylinder = (INERTIA_ABOUT_O, 'solid_cylinder = { radius = "20 mm", length = "60 mm" }')
+    both = (MASS[0], MASS[1] + '\ninertia_zz = { tolerance = "1e-6 kg m^2" }')
+    with pytest.raises(StudyError, match=r"inertia_zz.*about O"):
+        load_study(write(tmp_path, both, cylinder))
 
 
 def test_geometry_alone_integrates_nothing(tmp_path):

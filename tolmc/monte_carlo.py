@@ -184,7 +184,8 @@ def replay(directory: str | Path, index: int) -> tuple[Study, Scene, Trajectory,
     opened = run_directory.read(directory)
     study, row = opened.study(), opened.row(index)
     try:
-        scene = study.scene.replaced(**{name: row[name] for name in SCALARS if name in row})
+        scalars = study.with_inertia({name: row[name] for name in SCALARS if name in row})
+        scene = study.scene.replaced(**{name: float(value) for name, value in scalars.items()})
     except ValueError as error:
         raise InputError(f"sample {index} of {directory} has no motion: {error}") from None
     return study, scene, study_motion(study, scene), row
@@ -233,7 +234,8 @@ def _integrate(study: Study, plan: Plan, dimensions: pd.DataFrame) -> dict[str, 
     """Columns of the dimensions and of what their motions give; ``status`` as places in simulation.STATUSES."""
     inputs = {name: dimensions[name].to_numpy() for name in dimensions}
     outputs = integrate_columns(
-        study.scene, inputs, len(dimensions), plan=plan, outputs=study.outputs or scene_outputs(plan, study.project_energy),
+        study.scene, study.with_inertia(inputs), len(dimensions), plan=plan,
+        outputs=study.outputs or scene_outputs(plan, study.project_energy),
         on_contact_loss=study.on_contact_loss, project_energy=study.project_energy,
     )  # fmt: skip
     return {**inputs, **outputs}

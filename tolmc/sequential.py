@@ -87,7 +87,9 @@ def _estimate(study: Study, samples: pd.DataFrame, confidence: float) -> Estimat
     rows = {"sampling": study.sampling, "confidence": confidence, "lot_size": study.tolerances.lot_size or 1}
     until = study.until
     if until.statistic == "yield":
-        out = summarise_requirements(samples, specification=study.specification, **rows).loc[ANY_REQUIREMENT]
+        out = summarise_requirements(
+            samples, specification=study.specification, on_contact_loss=study.on_contact_loss, **rows
+        ).loc[ANY_REQUIREMENT]
         return Estimate(1 - out["share_most"], 1 - out["share_most_high"], 1 - out["share_least_low"])
     seen = Observations(np.where(failed(samples), np.nan, samples[until.output].to_numpy(float)), Rows(**rows))
     if until.statistic == "mean":

@@ -12,9 +12,11 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, Field, StrictBool, ValidationInfo
 
 from tolmc import units
@@ -37,6 +39,8 @@ from tolmc.study_fields import (
 from tolmc.tolerances import Tolerances
 
 MAX_SAMPLES = 1_000_000_000
+
+_MASS_AND_CENTER = ("mass", *(f"center_of_mass_{axis}" for axis in "xyz"))
 
 
 class StudyError(InputError):
@@ -181,6 +185,9 @@ class Study:
         Where given, sampling stops when this interval is narrow enough, and ``samples`` is the largest number.
     allocation : mapping
         The [allocation] table as written, for :mod:`tolmc.allocation`.
+    inertia_law : {"origin", "centroid", "cylinder"}
+        What stays when mass or centre of mass vary: the inertia about O, that about the centre of mass, or the cylinder's
+        shape (its inertia about the centre of mass is then proportional to the mass).
     source : str
         Text of the file.
     data_files : {relative path: content}
@@ -206,6 +213,7 @@ class Study:
     outputs: tuple[str, ...] | None
     until: Until | None
     allocation: Mapping[str, Any]
+    inertia_law: Literal["origin", "centroid", "cylinder"]
     source: str
     data_files: Mapping[str, bytes]
 
@@ -216,6 +224,31 @@ class Study:
         for name, content in sorted(self.data_files.items()):
             digest.update(hashlib.sha256(name.encode()).digest() + hashlib.sha256(content).digest())
         return digest.hexdigest()
+
+    def with_inertia(self, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The columns with the inertia about O that follows from them, J = J_C + m (|c|^2 I - c c^T).
+
+        Parameters
+        ----------
+        columns : mapping from names in mechanism.SCALARS to (n,) arrays, SI units
+
+        Returns
+        -------
+        dict
+            The same, and ``inertia_xx`` ... where mass or centre of mass vary and the body is not given about O.
+        """
+        if self.inertia_law == "origin" or not any(name in columns for name in _MASS_AND_CENTER):
+            return dict(columns)
+        nominal = self.scene.scalars
+        mass, *center = (np.asarray(columns.get(name, nominal[name]), float) for name in _MASS_AND_CENTER)
+        growth = mass / self.scene.body.mass if self.inertia_law == "cylinder" else 1.0
+        square = sum(c * c for c in center)
+        derived = {}
+        for i, j in combinations_with_replacement(range(3), 2):
+            shift = mass * (square * (i == j) - center[i] * center[j])
+            derived[f"inertia_{'xyz'[i]}{'xyz'[j]}"] = growth * self.scene.body.centroidal_inertia[i, j] + shift
+        rows = np.broadcast_shapes(*(np.shape(column) for column in columns.values()))
+        return {**columns, **{name: np.broadcast_to(values, rows).copy() for name, values in derived.items()}}
 
     def replaced(self, *, samples: int | None = None, seed: int | None = None, workers: int | None = None) -> Study:
         """The study with another number of samples, seed or number of workers; None keeps its own.
@@ -278,6 +311,7 @@ def _study(name: str, source: str, content: dict[str, Any], data_folder: Path) -
         outputs=None if outputs is None else tuple(outputs),
         until=_until(settings.pop("until"), file.monte_carlo, specification),
         allocation=file.allocation,
+        inertia_law=_inertia_law(file.body, file.dimensions),
         source=source,
         data_files=table.data_files,
         **settings,
@@ -307,6 +341,23 @@ def _body(section: _Body) -> Body:
     if section.centroidal_inertia is not None:
         return Body.from_centroidal(section.mass, section.center_of_mass, section.centroidal_inertia)
     return Body(section.mass, section.center_of_mass, section.inertia)
+
+
+def _inertia_law(body: _Body, dimensions: Mapping[str, Any]) -> str:
+    law = (
+        "cylinder"
+        if body.solid_cylinder is not None
+        else "centroid"
+        if body.centroidal_inertia is not None
+        else "origin"
+    )
+    given = [name for name in dimensions if name.startswith("inertia")]
+    if law != "origin" and given and any(name in dimensions for name in _MASS_AND_CENTER):
+        raise Faults(
+            f"{place('dimensions', given[0])} has a tolerance beside mass or centre of mass, with which the body's inertia "
+            "varies by itself. Give [body] inertia about O, or leave one of them out."
+        )
+    return law
 
 
 def _specification(table: dict[str, Any], outputs: list[str] | None) -> dict[str, dict[str, float]]:

@@ -42,7 +42,7 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
         raise InputError(f"{study.title}: {error}") from None
 
     def model(inputs: pd.DataFrame) -> pd.DataFrame:
-        columns = {name: inputs[name].to_numpy() for name in inputs}
+        columns = study.with_inertia({name: inputs[name].to_numpy() for name in inputs})
         joint = {name: columns.pop(name) for name in _JOINT}
         return simulate_many(
             study.scene, **joint, parameters=columns, outputs=outputs, plan=plan, workers=study.workers, **options

@@ -10,13 +10,14 @@ from pathlib import Path
 import pandas as pd
 
 from tolmc import sensitivity, units
-from tolmc.capability import ALL_REQUIREMENTS, capability, tolerance_interval
+from tolmc.capability import ALL_REQUIREMENTS, Looks, capability, tolerance_interval
 from tolmc.errors import InputError
 from tolmc.intervals import Estimate
 from tolmc.report import notes, tables, words
 from tolmc.report.answer import Answer, answer, question
 from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
 from tolmc.run_directory import RunDirectory, RunDirectoryError
+from tolmc.sequential import looks_of
 from tolmc.statistics import count_statuses, summarise_requirements, without_value
 from tolmc.study import Study
 
@@ -103,6 +104,17 @@ class _Content:
         has_lots = any(dimension.between_lots for dimension in self.study.tolerances.varied)
         return {"sampling": self.study.sampling, "lot_size": self.study.tolerances.lot_size if has_lots else 1}
 
+    @cached_property
+    def looks(self) -> Looks | None:
+        """Where a sequential run looked; None for one of a fixed number of samples."""
+        study = self.run.sequential_study()
+        return None if study is None else looks_of(study)
+
+    @property
+    def level(self) -> dict:
+        """Confidence of an interval: higher at each look of a sequential run, so that all looks together hold at 95 %."""
+        return {} if self.looks is None else {"confidence": self.looks.look_confidence}
+
     @property
     def judged(self) -> dict:
         """What samples are held against, and what a loss of contact means then."""
@@ -138,12 +150,12 @@ class _Content:
 
     @cached_property
     def shares(self) -> pd.DataFrame:
-        return summarise_requirements(self.samples, **self.judged, **self.drawn)
+        return summarise_requirements(self.samples, **self.judged, **self.drawn, **self.level)
 
     @cached_property
     def capability(self) -> pd.DataFrame:
         """A row a requirement, and one for all where there are several; empty without any."""
-        found = capability(self.samples, **self.judged, **self.drawn)
+        found = capability(self.samples, **self.judged, **self.drawn, **self.level)
         return found if len(self.study.specification) > 1 else found.drop(index=ALL_REQUIREMENTS, errors="ignore")
 
     @cached_property
@@ -175,6 +187,8 @@ class _Content:
 
     def trust(self) -> list[str]:
         sentences = [notes.of_sampling(self.study.samples, **self.drawn)]
+        if self.looks is not None:
+            sentences.append(notes.of_looks(self.looks, self.run.record.get("stopped_at")))
         if self.summary is not None:
             sentences.append(notes.of_integration(self.run.record["plan"], self.summary))
         seen = {"is_watched": self.watches_contact, "on_contact_loss": self.study.on_contact_loss}
@@ -194,7 +208,7 @@ class _Content:
             found.append(tables.failures_table(self.failure_sources, self.inputs))
         if self.summary is not None:
             found += [tables.outputs_table(self.summary), tables.budget_table(self.summary)]
-        found.append(tables.statuses_table(count_statuses(self.samples, **self.drawn)))
+        found.append(tables.statuses_table(count_statuses(self.samples, **self.drawn, **self.level)))
         if (stackup := self._table("stackup.csv")) is not None:
             found += [tables.stackup_table(stackup), tables.accelerated_table(stackup)]
         if (indices := self._table("sobol_indices.csv")) is not None:

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from tolmc import units
+from tolmc.capability import Looks
 from tolmc.mechanism import Joint
 from tolmc.report import words
 from tolmc.section_estimate import section_error_estimate
@@ -58,6 +59,16 @@ def of_sampling(samples: int, *, sampling: str, lot_size: int) -> str:
     return (
         f"Sampling: all intervals hold with 95 % confidence and are computed {scatter}. They tell how well {samples:,} samples "
         "know the population that the distributions above describe, not how well those describe the shop."
+    )
+
+
+def of_looks(looks: Looks, stopped_at: int | None) -> str:
+    """How a sequential run looked at its samples."""
+    ended = "has not stopped yet" if stopped_at is None else f"stopped at {stopped_at:,} samples"
+    return (
+        f"Sequential sampling: the run {ended}, of at most {looks.largest:,}. It could stop at each of "
+        f"{len(looks.sizes)} looks; the intervals of each are wide enough to hold together with {100 * looks.confidence:g} % "
+        "confidence."
     )
 
 
