@@ -432,3 +432,10 @@ for ensemble in (cylinders, unbalanced_bodies):
         assert len(result) == 4000
 """
     subprocess.run([sys.executable, "-c", program], cwd=Path(__file__).parent, check=True, timeout=120)
+
+
+def test_results_are_apart_from_the_callers_arrays():
+    radii = np.full(3, PAPER_JOINT.bearing_radius)
+    result = simulate_many(SYMMETRIC, bearing_radius=radii, journal_radius=0.01, half_length=0.02, step=1e-3)
+    radii[:] = 0.0
+    assert (result.bearing_radius == PAPER_JOINT.bearing_radius).all()

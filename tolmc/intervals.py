@@ -379,7 +379,10 @@ class Observations:
             return Estimate(s, s, s)
         if self.rows.are_independent:
             return Estimate(s, *self._bonett(s, total))
-        influence = self._zero_where_unused(squares * (n / total) - 1)
+        influence = squares  # in its place: a million samples of every output pass through here
+        influence *= n / total
+        influence -= 1
+        influence = self._zero_where_unused(influence)
         _, low, high = self.rows.smooth(0.0, influence, n)
         return Estimate(s, s * math.exp(0.5 * low), s * math.exp(0.5 * high))
 

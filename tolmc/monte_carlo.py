@@ -346,6 +346,8 @@ def _compute_blocks(directory: RunDirectory, study: Study, plan: Plan, workforce
         done = study.samples - sum(missing.values())
         with progress(study.title, study.samples, done) as counted, closing(workforce.map(_block, calls)) as computed:
             directory.write_samples(in_order(counted(computed)))
+        # Arrow keeps what the blocks took; statistics of a million samples need it.
+        pa.default_memory_pool().release_unused()
 
 
 def _result(
@@ -364,7 +366,7 @@ def _result(
         drawn["confidence"] = sequential.looks.look_confidence
     accuracies = _integration_errors(plan, nominal, outputs)
     summary = statistics.summarise(
-        samples, outputs=outputs, specification=specification, accuracies=accuracies, workers=study.workers,
+        samples, outputs=outputs, specification=specification, accuracies=accuracies, workers=max(study.workers - 1, 1),
         on_contact_loss=study.on_contact_loss, **drawn,
     )  # fmt: skip
     summary.insert(0, "unit", [units.SI[name] for name in summary.index])

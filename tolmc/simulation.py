@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 
 from tolmc import geometry
 from tolmc.kernels import ensemble, models, published
@@ -723,7 +723,7 @@ def _sample_columns(scene: Scene, columns: Mapping[str, object]) -> tuple[dict[s
     if len(shape) > 1:
         raise ValueError(f"simulate_many: columns must be one-dimensional, got shape {shape}.")
     n = shape[0] if shape else 1
-    return {name: np.ascontiguousarray(np.broadcast_to(a, (n,))) for name, a in arrays.items()}, n
+    return {name: np.array(np.broadcast_to(a, (n,))) for name, a in arrays.items()}, n
 
 
 def simulate_many(
@@ -806,7 +806,7 @@ def simulate_many(
         on_contact_loss=on_contact_loss, project_energy=project_energy,
     )  # fmt: skip
     columns["status"] = _WORDS[columns["status"]]
-    return pd.DataFrame({**inputs, **columns})
+    return pd.DataFrame({**inputs, **columns}, copy=False)
 
 
 def integrate_columns(
@@ -833,17 +833,24 @@ def integrate_columns(
     """
     on_loss = ON_CONTACT_LOSS[_choice("on_contact_loss", on_contact_loss, tuple(ON_CONTACT_LOSS))]
 
-    def chunk(first: int) -> dict[str, np.ndarray]:
+    columns = {name: np.empty(n) for name in (*outputs, "status_time")}
+    columns["status"] = np.empty(n, np.int64)
+
+    def chunk(first: int) -> None:
         part = {name: column[first : first + _CHUNK] for name, column in inputs.items()}
         count = min(_CHUNK, n - first)
-        return _block_results(scene, _scalars(scene, part), count, outputs, plan, on_loss, project_energy)
+        results = _block_results(scene, _scalars(scene, part), count, outputs, plan, on_loss, project_energy)
+        for name, column in columns.items():
+            column[first : first + count] = results[name]
 
-    starts = range(0, max(n, 1), _CHUNK)
-    if workers == 1 or len(starts) == 1:
-        parts = [chunk(first) for first in starts]
+    starts = range(0, n, _CHUNK)
+    if workers == 1 or len(starts) <= 1:
+        for first in starts:
+            chunk(first)
     else:
-        parts = Parallel(n_jobs=workers, prefer="threads")(delayed(chunk)(first) for first in starts)
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        with ThreadPoolExecutor(workers) as threads:
+            list(threads.map(chunk, starts))
+    return columns
 
 
 def simulate(

@@ -41,8 +41,8 @@ def _where(samples: pd.DataFrame, holds) -> np.ndarray:
     """Rows whose status ``holds``; a frame without a status column has none."""
     if "status" not in samples:
         return np.zeros(len(samples), bool)
-    codes, statuses = pd.factorize(samples["status"])
-    return np.array([holds(status) for status in statuses], bool)[codes]
+    status = samples["status"].astype("category").cat  # free where it is one already, as in a run's file
+    return np.array([holds(word) for word in status.categories], bool)[status.codes.to_numpy()]
 
 
 def failed(samples: pd.DataFrame) -> np.ndarray:
@@ -192,8 +192,10 @@ def summarise(
 
     def summary(name: str) -> dict[str, float]:
         values = samples[name].to_numpy(float)
-        seen = Observations(values if unusable is None else np.where(unusable, np.nan, values), rows)
-        quantiles = seen.quantiles(list(QUANTILES.values()))
+        values = values if unusable is None else np.where(unusable, np.nan, values)
+        # Apart from the moments, so that their arrays and the ordered copy are not in memory together.
+        quantiles = Observations(values, rows).quantiles(list(QUANTILES.values()))
+        seen = Observations(values, rows)
         return {
             "samples": len(samples),
             "used": seen.count,
