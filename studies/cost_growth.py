@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, NullLocator
 from study_tools import BLUE, GREY, STYLE, arguments, paper_joint, save, show
 
 from tolmc.simulation import simulate_many
@@ -65,10 +66,15 @@ def draw(table: pd.DataFrame) -> Figure:
                     label="one worker's time, shared",
                 )
                 axes.set_xticks(part["number"])
+                axes.set_ylim(0, None)
             else:
                 slope, intercept = line(part)
                 axes.plot(part["number"], intercept + slope * part["number"], color=GREY, label="straight line")
                 axes.set(xscale="log", yscale="log")
+                if along == "steps":
+                    axes.set_xticks(part["number"], [f"{number}" for number in part["number"]])
+                    axes.xaxis.set_minor_locator(NullLocator())
+                    axes.yaxis.set_minor_formatter(NullFormatter())
             axes.set(xlabel=along, ylabel="time (s)", title=f"Time against {along}")
             axes.legend()
     return figure
