@@ -69,6 +69,18 @@ def _lanes(rows):
     return buffer[skip : skip + rows * WIDTH]
 
 
+@device
+def _yes():
+    """True, but no literal: for each literal a function is compiled anew."""
+    return np.bool_(True)
+
+
+@device
+def _no():
+    """False, but no literal."""
+    return np.bool_(False)
+
+
 @routine
 def _step(y, end, coef, h, k, argument, samples, sums, error, watch, general, axial, exact, rk4, load, forces):
     """One step of ``h[lane]`` from ``y`` to ``end``, projected.
@@ -384,11 +396,11 @@ def _refine(
                 for c in range(n_state):
                     state[c * WIDTH + lane] = states[(slot * n_state + c) * WIDTH + source]
             _step(
-                state, trial, group_coef, first, k, argument, samples, sums, error, False,
+                state, trial, group_coef, first, k, argument, samples, sums, error, _no(),
                 general, axial, exact, rk4, load, forces,
             )  # fmt: skip
             _step(
-                trial, end, group_coef, probe, k, argument, samples, sums, error, True,
+                trial, end, group_coef, probe, k, argument, samples, sums, error, _yes(),
                 general, axial, exact, rk4, load, forces,
             )  # fmt: skip
             for lane in range(min(WIDTH, count - group)):
@@ -440,7 +452,7 @@ def _locate_loss(
         high[lane], h[lane] = bracket[lane], bracket[lane] * step_length
     for iteration in range(_ROOT_ITERATIONS):
         _step(
-            state, trial, coef, h, k, argument, samples, sums, error, False, general, axial, exact, rk4, load, forces,
+            state, trial, coef, h, k, argument, samples, sums, error, _no(), general, axial, exact, rk4, load, forces,
         )  # fmt: skip
         _smallest_force(trial, coef, force, general, axial, exact, load)
         for lane in range(WIDTH):
@@ -572,7 +584,7 @@ def integrate(
                 states[place * n_state * WIDTH + m] = y[m]
 
         for step in range(steps):
-            _step(y, end, coef, h, k, argument, samples, sums, error, True, general, axial, exact, rk4, load, forces)
+            _step(y, end, coef, h, k, argument, samples, sums, error, _yes(), general, axial, exact, rk4, load, forces)
             if forces is not None:
                 # Losses first: the step in which contact ends belongs to the statistics only up to that instant.
                 if forced > 0:
@@ -648,7 +660,7 @@ def integrate(
             )  # fmt: skip
             if on_loss != CONTINUE:
                 _step(
-                    loss_state, trial, coef, h_part, k, argument, samples, sums, error, True,
+                    loss_state, trial, coef, h_part, k, argument, samples, sums, error, _yes(),
                     general, axial, exact, rk4, load, forces,
                 )  # fmt: skip
                 for row in range(4):
@@ -782,8 +794,10 @@ def trace(raw, steps, duration, project_energy, states, coef, general, axial, ex
     samples, sums, error = _lanes((stages + 2) * 4), _lanes(5), _lanes(1)
     h, energy, correction = _lanes(1), _lanes(1), _lanes(1)
     correction[:] = 0.0
+    for column in range(1):  # a literal 0 would compile the equations once more
+        for lane in range(WIDTH):
+            models.prepare(raw, column, coef, y, lane, WIDTH, general, axial, exact)
     for lane in range(WIDTH):
-        models.prepare(raw, 0, coef, y, lane, WIDTH, general, axial, exact)
         h[lane] = duration / steps
     for lane in range(WIDTH):
         kinetic, potential = _energies(y, coef, lane, general, axial, exact, load)
@@ -791,7 +805,7 @@ def trace(raw, steps, duration, project_energy, states, coef, general, axial, ex
     for c in range(n_state):
         states[0, c] = y[c * WIDTH]
     for step in range(steps):
-        _step(y, end, coef, h, k, argument, samples, sums, error, False, general, axial, exact, rk4, load, forces)
+        _step(y, end, coef, h, k, argument, samples, sums, error, _no(), general, axial, exact, rk4, load, forces)
         if project_energy:
             if general is not None:
                 for lane in range(WIDTH):
@@ -813,6 +827,7 @@ def observe(states, coef, out, general, axial, exact, load):
     for row in range(states.shape[0]):
         for c in range(n_state):
             y[c * WIDTH] = states[row, c]
-        values = models.observe(y, coef, 0, WIDTH, general, axial, exact, load)
-        for j in range(11):
-            out[j, row] = values[j]
+        for lane in range(1):  # as above
+            values = models.observe(y, coef, lane, WIDTH, general, axial, exact, load)
+            for j in range(11):
+                out[j, row] = values[j]

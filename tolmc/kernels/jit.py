@@ -43,6 +43,10 @@ _CACHE = str(cache_directory())
 #: A scalar function that is inlined into the lane loops that call it.
 device = nb.njit(forceinline=True, **_OPTIONS)
 
+#: A scalar function or loop that its callers take over before they are compiled: not compiled itself, which many small ones
+#: would be for nothing.
+inlined = nb.njit(inline="always", **_OPTIONS)
+
 #: A function of its own within a kernel: compiled once however often it is called.
 routine = nb.njit(**_OPTIONS)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tolmc.kernels.jit import device
+from tolmc.kernels.jit import device, inlined
 
 RK4, RK8 = 0, 1  # codes of the methods inside kernels
 
@@ -114,7 +114,7 @@ def _weighted_sum(row: dict[int, float]):
     values = np.array([row[j] for j in sorted(row)])
     terms = len(columns)
 
-    @device
+    @inlined
     def weighted_sum(y, k, out, size):
         for m in range(size):
             total = y[m]
