@@ -250,3 +250,17 @@ def test_replay_of_a_sample_without_a_motion(tmp_path):
     index = int(np.argmax(result.samples["status"] == "geometry invalid"))
     with pytest.raises(InputError, match=f"sample {index}"):
         replay(out, index)
+
+
+def test_integration_stays_below_what_sampling_leaves(tmp_path):
+    """The default accuracy follows the sampling, not the number of samples; an accuracy or a step of the study's own wins."""
+    sobol = load_study(write(tmp_path))
+    random = load_study(write(tmp_path, ('sampling = "sobol"', 'sampling = "random"')))
+    own = load_study(write(tmp_path, ("seed = 7", "seed = 7\naccuracy = 1e-6")))
+    step = load_study(write(tmp_path, ("seed = 7", 'seed = 7\nstep = "1 ms"')))
+    assert [study.integration_accuracy for study in (sobol, random, own, step)] == [1e-8, None, 1e-6, None]
+    result = run(sobol)
+    assert result.plan.accuracy == 1e-8
+    budget = statistics.error_budget(result.summary)
+    forces = budget.loc[[name for name in budget.index if name.startswith("contact_force")]]
+    assert (forces["integration"] < 0.1 * forces[["mean", "sd", "q50"]].min(axis=1)).all()

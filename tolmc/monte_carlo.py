@@ -199,7 +199,7 @@ def _plan(study: Study) -> Plan:
             step=study.step if _integrates(study) else study.scene.duration,
             method=study.method,
             formulation=study.formulation,
-            accuracy=study.accuracy,
+            accuracy=study.integration_accuracy,
             outputs=study.outputs,
             on_contact_loss=study.on_contact_loss,
             project_energy=study.project_energy,

@@ -18,7 +18,7 @@ def study_motion(study: Study, scene: Scene | None = None) -> Trajectory:
         When the scene cannot be integrated so, or its trajectory is too long to store.
     """
     scene = scene or study.scene
-    settings = {"method": study.method, "formulation": study.formulation, "accuracy": study.accuracy}
+    settings = {"method": study.method, "formulation": study.formulation, "accuracy": study.integration_accuracy}
     try:
         plan = plan_integration(scene, step=study.step, **settings)
         if plan.steps > _MOST_STORED:

@@ -36,7 +36,7 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
         plan = plan_integration(
             study.scene, training_box(study.tolerances) if box is None else box,
             step=study.step if integrates else study.scene.duration, method=study.method,
-            formulation=study.formulation, accuracy=study.accuracy, outputs=outputs, **options,
+            formulation=study.formulation, accuracy=study.integration_accuracy, outputs=outputs, **options,
         )  # fmt: skip
     except ValueError as error:
         raise InputError(f"{study.title}: {error}") from None
