@@ -57,6 +57,7 @@ def lagrange_optimum(required):
     return widths, float(np.sum(np.array(WEIGHTS) * 0.1 / widths))
 
 
+@pytest.mark.slow
 def test_free_widths_are_those_of_lagrange():
     result = allocate(TOLERANCES, SPECIFICATION, Plan(CURVES, 0.99, samples=20_000, seed=3), linear)
     reached = exact_yield(result.winner.widths)
@@ -68,6 +69,7 @@ def test_free_widths_are_those_of_lagrange():
     assert result.winner.cost < 1.1 * lagrange_optimum(0.99)[1]
 
 
+@pytest.mark.slow
 def test_grades_are_those_of_trying_all():
     result = allocate(TOLERANCES, SPECIFICATION, Plan(GRADES, 0.99, samples=50_000, seed=1), linear)
     costs = {}
@@ -80,6 +82,7 @@ def test_grades_are_those_of_trying_all():
     assert result.motions == 512 + 50_000 + 10_000
 
 
+@pytest.mark.slow
 def test_grades_and_free_widths_together():
     choices = (GRADES[0], CURVES[1], GRADES[2])
     result = allocate(TOLERANCES, SPECIFICATION, Plan(choices, 0.99, samples=20_000, seed=3), linear)
@@ -94,6 +97,7 @@ def test_grades_and_free_widths_together():
     assert result.winner.cost == pytest.approx(best, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_trade_off_and_neighbours():
     choices = (*GRADES[:2], CURVES[2])
     result = allocate(TOLERANCES, SPECIFICATION, Plan(choices, 0.98, samples=20_000, seed=2), linear)
@@ -116,6 +120,7 @@ def test_trade_off_and_neighbours():
     assert present.high - present.low < 0.01
 
 
+@pytest.mark.slow
 def test_confirmation_is_clopper_pearson_on_motions_of_another_seed():
     plan = Plan(GRADES, 0.99, samples=20_000, seed=5)
     result = allocate(TOLERANCES, SPECIFICATION, plan, linear)
@@ -149,6 +154,7 @@ def printed(result):
     return console.export_text()
 
 
+@pytest.mark.slow
 def test_failed_motions_count_as_bad_and_are_told():
     failing = with_status("diverged", y=np.nan)
     result = allocate(TOLERANCES, SPECIFICATION, Plan(GRADES, 0.99, samples=2000, seed=5), failing)
@@ -162,6 +168,7 @@ def test_failed_motions_count_as_bad_and_are_told():
     assert f"Of these motions {confirmed.failed:,} (" in text and "256 (50 %) of the training motions failed" in text
 
 
+@pytest.mark.slow
 def test_motions_that_lost_contact_are_known_only_when_the_study_says_so():
     plan = Plan(GRADES, 0.99, samples=2000, seed=5)
     lost = with_status("contact lost")
@@ -265,6 +272,7 @@ def test_plans_count_what_lots_leave_independent():
     assert single < half < whole
 
 
+@pytest.mark.slow
 def test_lots_are_confirmed_with_the_planned_choice():
     tolerances = Tolerances(
         tuple(replace(dimension, lot_share=0.2) for dimension in TOLERANCES.dimensions), lot_size=10
@@ -482,6 +490,7 @@ def test_study_without_allocation_or_specification(tmp_path):
         allocate_study(without, out=tmp_path)
 
 
+@pytest.mark.slow
 def test_allocation_of_a_study_end_to_end(tmp_path, capsys):
     result = allocate_study(study_file(tmp_path), out=tmp_path / "out")
     printed = capsys.readouterr().out

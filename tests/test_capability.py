@@ -173,6 +173,7 @@ def test_sequential_intervals_hold_their_level():
     assert sequential_coverage(0.95) < 0.935
 
 
+@pytest.mark.slow
 def test_sequential_sobol_means_hold_their_level_and_stop_early():
     looks = Looks(256, 4096)
     found = [

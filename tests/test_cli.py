@@ -113,6 +113,7 @@ def test_replay_shows_one_sample(tmp_path):
     assert invoke("replay", "here", "--sample", 30).exit_code == 2
 
 
+@pytest.mark.slow
 def test_answers_and_report_of_more_dimensions_than_have_corners(tmp_path):
     names = ("mass", "alpha", "beta", "spin", "alpha_rate", "beta_rate", "spin_rate", *(f"gravity_{c}" for c in "xyz"))
     names += tuple(f"center_of_mass_{c}" for c in "xyz")

@@ -77,6 +77,7 @@ SCENES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_statistics_against_the_twin(scene):
     """Extremes on 1500 points, means and mean squares by Gauss-Legendre panels, of an integration at 1e-13."""
@@ -292,6 +293,7 @@ def twin_loss_time(scene):
     return nodes[0] + root * (nodes[-1] - nodes[0])
 
 
+@pytest.mark.slow
 def test_the_time_of_contact_loss_is_a_root():
     scenes = losing(2)
     assert len(scenes) == 4
@@ -419,6 +421,7 @@ def test_grazing_losses_are_found_and_near_misses_are_not(steps):
         assert lowest(limit + distance)[1].status == "contact lost"
 
 
+@pytest.mark.slow
 def test_no_sample_takes_for_ever():
     """Steps so coarse that the samples within a step and the motion disagree on whether a force turns negative."""
     program = """

@@ -76,6 +76,7 @@ def test_sobol_is_sharper_than_plain():
     assert widths[sobol] < 0.1 * widths[plain]
 
 
+@pytest.mark.slow
 def test_corrected_on_a_normal_output():
     truths = {
         MEAN: 0.0,
@@ -93,6 +94,7 @@ def test_corrected_on_a_normal_output():
     assert small.high - small.low < 0.1 * small.value
 
 
+@pytest.mark.slow
 def test_corrected_stays_unbiased_where_the_surrogate_is_poor():
     truths = {
         MEAN: np.sqrt(2.0 / np.pi),
@@ -115,6 +117,7 @@ def test_corrected_beats_plain_at_equal_motions_even_then():
     assert better < 0.5 * worse
 
 
+@pytest.mark.slow
 def test_importance_on_a_normal_output():
     truths = {
         UPPER: SD * norm.ppf(0.99865),
@@ -125,6 +128,7 @@ def test_importance_on_a_normal_output():
     check(importance, linear, NORMAL, truths, repeats=60, motions=1000)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("estimator", [importance, corrected])
 def test_tail_at_the_end_of_a_bounded_output(estimator):
     """Sum of three uniform dimensions above 3 - x: x^3/6."""
@@ -256,6 +260,7 @@ def corner_model(inputs):
     return pd.DataFrame({"y": x + 0.02 * np.abs(x - 0.5), "z": y**3})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("limits", "truths"),
     [

@@ -54,7 +54,8 @@ def step_instructions(present):
 @pytest.mark.parametrize(
     "present",
     [
-        (), ("load", "forces"), ("axial", "load", "forces"), ("general", "load", "forces"), ("exact", "load", "forces"),
+        (), ("load", "forces"), ("axial", "load", "forces"), ("exact", "load", "forces"),
+        pytest.param(("general", "load", "forces"), marks=pytest.mark.slow),
         pytest.param(("exact", "general", "load", "forces"), marks=pytest.mark.slow),
         pytest.param(("rk4", "load", "forces"), marks=pytest.mark.slow),
     ],
@@ -96,6 +97,7 @@ def test_the_place_of_the_cache_can_be_chosen(monkeypatch, tmp_path):
     assert jit.cache_directory() == tmp_path / f"numba-{jit.source_hash()}"
 
 
+@pytest.mark.slow
 def test_an_edit_of_a_helper_reaches_its_callers(tmp_path):
     """A package with a helper in one file and an entry point in another, compiled, cached, edited, run again."""
     package = tmp_path / "toy"

@@ -443,6 +443,7 @@ def test_the_torques_work_counts_in_the_energy(formulation):
     assert samples.energy_error[0] < 1e-10
 
 
+@pytest.mark.slow
 def test_samples_between_records_bridge_a_singular_set_that_the_steps_pass():
     """Steps that straddle psi = k pi/2 are right; so are statistics, where only a sample between two records meets the set."""
     scene = reference_scene("general_body_unbalanced")

@@ -385,6 +385,7 @@ class TestOtherRuns:
         assert tables.dimensions_table(varied).rows[-1][3].detail == "690 to 750 rpm"
         assert tables.dimensions_table(replace(varied, source=study.source.replace("rpm", ""))).rows[-1][3].detail == ""
 
+    @pytest.mark.slow
     def test_a_lost_contact_is_not_good_enough(self, tmp_path):
         text = JOINT.read_text().replace("[0, -9.81, 0]", "[0, 9.81, 0]").replace('"1 s"', '"0.05 s"')
         text = text.replace('max = "24.45 deg"', 'max = "40 deg"').replace('max = "5.085 N"', 'max = "50 N"')

@@ -80,6 +80,7 @@ def survive(reference, folder, wanted, seed):
     return kills
 
 
+@pytest.mark.slow
 def test_a_run_survives_kills(reference, tmp_path):
     assert survive(reference, tmp_path, 3, seed=1) >= 3
 
@@ -89,6 +90,7 @@ def test_a_run_survives_fifty_kills(reference, tmp_path):
     assert survive(reference, tmp_path, 50, seed=2) >= 50
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_finished(reference, tmp_path):
     study, expected, _ = reference
     out = tmp_path / "run"
@@ -107,6 +109,7 @@ def test_ctrl_c_keeps_what_is_finished(reference, tmp_path):
     assert_equal_to(expected, out)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="POSIX limits the size of files")
 def test_a_full_disk_keeps_what_is_finished(reference, tmp_path):
     study, expected, _ = reference
@@ -127,6 +130,7 @@ def test_a_full_disk_keeps_what_is_finished(reference, tmp_path):
     assert_equal_to(expected, out)
 
 
+@pytest.mark.slow
 def test_two_processes_cannot_share_a_directory(reference, tmp_path):
     study, expected, _ = reference
     out = tmp_path / "run"

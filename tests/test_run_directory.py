@@ -90,6 +90,7 @@ def test_a_stopped_run_goes_on_and_computes_no_block_twice(study, finished, stop
     assert not (stopped / "blocks").exists()
 
 
+@pytest.mark.slow
 def test_whatever_write_is_the_last_one_the_run_ends_the_same(tmp_path, study, finished, monkeypatch):
     expected = {name: (finished / name).read_bytes() for name in ("samples.parquet", "summary.csv", "requirements.csv")}
     original = run_directory.Path.replace

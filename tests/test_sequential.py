@@ -98,6 +98,7 @@ class Stopped(BaseException):
     """As sudden as a kill."""
 
 
+@pytest.mark.slow
 def test_whatever_write_is_the_last_one_the_run_ends_the_same(tmp_path, monkeypatch):
     study = load_study(file(tmp_path, YIELD))
     run(study, out=tmp_path / "whole")

@@ -238,6 +238,7 @@ def test_share_below_agrees_with_a_large_sample():
         assert share_below(psi) == pytest.approx(np.mean(tilt <= psi), abs=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sampling", ["random", "sobol"])
 def test_intervals_cover_in_a_few_studies(sampling):
     assert coverage(sampling, 300, 512)[["mean", "q50", "q95", "yield"]].between(0.91, 0.985).all()

@@ -103,6 +103,7 @@ def test_rounding_errors_are_zero_beside_values_of_their_unit(console):
     assert "70.000" in shown and "3e-09" in shown  # small beside forces, but a time
 
 
+@pytest.mark.slow
 def test_answers_show_intervals_surrogate_and_verdicts(tmp_path):
     study = write(tmp_path, *GEOMETRY)
     run(study, samples=4096, out=tmp_path / "run")
@@ -136,6 +137,7 @@ def test_requirements_with_failed_samples_are_bounded_both_ways(tmp_path, consol
     assert "geometry invalid" in text(console)
 
 
+@pytest.mark.slow
 def test_a_lost_contact_is_told_in_the_summary_and_the_answers(tmp_path, console):
     result = run(write(tmp_path, ("[0, -9.81, 0]", "[0, 9.81, 0]")), samples=200, out=tmp_path / "run")
     tables.print_result(result, console)

@@ -216,6 +216,7 @@ def test_each_scrambling_is_balanced():
         assert np.all(np.unique(cells, axis=0, return_counts=True)[1] == 1)
 
 
+@pytest.mark.slow
 def test_scramblings_are_independent():
     # Estimates of one scrambling against another's over many seeds: uncorrelated, of equal spread.
     points = [sampling.cube_points(2, 16 * 32, sampling="sobol", seed=seed) for seed in range(400)]

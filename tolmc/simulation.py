@@ -85,6 +85,7 @@ _CHUNK = 4096  # samples a call of a kernel: its parameters and results stay in 
 _MOST_STEPS = 2_000_000
 _ATTEMPTS = 5  # runs of a lane whose loss of contact only its refined extrema decide
 _PATIENCE = 6  # halvings of the step without gain after which the pilot gives a motion up
+_FAR_FASTER = 64  # how much faster than the middle one a motion may be for the pilot to follow it
 _PILOT_SHARE = 0.3  # the pilot aims below the stated accuracy, for samples between its corners
 
 
@@ -451,8 +452,8 @@ def _difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, forces
     return np.where(np.isfinite(worst), worst, np.inf)
 
 
-def _first_guess(raw: np.ndarray, duration: float) -> int:
-    """Steps for half a radian of the fastest of the motion's rates: polar rates, pendulum and gyroscopic frequency."""
+def _first_guess(raw: np.ndarray, duration: float) -> np.ndarray:
+    """Steps for half a radian of the fastest of a motion's rates: polar rates, pendulum and gyroscopic frequency; (n,)."""
     r, mass = raw[P.RADIUS], raw[P.MASS]
     load = sum(
         np.abs(mass * raw[P.GRAVITY_X + i] + raw[P.FORCE_X + i]) + np.abs(raw[P.TORQUE_X + i]) / raw[P.HALF_LENGTH]
@@ -461,15 +462,15 @@ def _first_guess(raw: np.ndarray, duration: float) -> int:
     transverse = np.minimum(raw[P.J_XX], raw[P.J_YY]) + 1e-3 * mass * raw[P.HALF_LENGTH] ** 2
     rate = np.maximum(np.abs(raw[P.ALPHA_RATE]), np.abs(raw[P.BETA_RATE])) + np.sqrt(load / (mass * r))
     rate = rate + np.abs(raw[P.J_ZZ] * raw[P.SPIN_RATE]) / transverse
-    rate = float(np.max(rate[np.isfinite(rate)], initial=1.0 / duration))
-    return math.ceil(min(max(4.0, 0.5 * rate * duration), _MOST_STEPS // 4))
+    steps = np.where(np.isfinite(rate), 0.5 * rate * duration, 0.0)
+    return np.ceil(np.clip(steps, 4.0, _MOST_STEPS // 4))
 
 
 def _pilot(raw, method, accuracy, features, forces, duration, on_loss, project_energy) -> Plan:
     """Fewest steps of ``method`` with which every column of ``raw`` meets ``accuracy`` by step halving.
 
-    A column whose error falls no further however short the step (a clearance of a few roundings, say) is set aside and
-    counted as unresolved.
+    A column whose error falls no further however short the step, or whose motion is far faster than the others' (a clearance
+    of a few roundings, say), is set aside and counted as unresolved.
     """
     target = _PILOT_SHARE * accuracy
     order = TABLEAUX[method].order
@@ -478,7 +479,13 @@ def _pilot(raw, method, accuracy, features, forces, duration, on_loss, project_e
         plan = Plan("slope", method, steps, accuracy, features=features)
         return _integrate(raw, plan, forces, duration, on_loss, project_energy)
 
-    steps = _first_guess(raw, duration)
+    guesses = _first_guess(raw, duration)
+    fast = guesses > _FAR_FASTER * np.median(guesses)
+    if fast.any():
+        rest = np.ascontiguousarray(raw[:, ~fast])
+        plan = _pilot(rest, method, accuracy, features, forces, duration, on_loss, project_energy)
+        return replace(plan, unresolved=plan.unresolved + int(fast.sum()))
+    steps = int(guesses.max())
     coarse = results(steps)
     stalled, previous = np.zeros(raw.shape[1], int), np.full(raw.shape[1], np.inf)
     while True:
