@@ -97,6 +97,16 @@ def test_the_place_of_the_cache_can_be_chosen(monkeypatch, tmp_path):
     assert jit.cache_directory() == tmp_path / f"numba-{jit.source_hash()}"
 
 
+def test_nothing_is_kept_beside_installed_sources(monkeypatch, tmp_path):
+    """It would outlive an uninstall and hide a later editable install."""
+    monkeypatch.delenv("TOLMC_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    installed = tmp_path / "lib" / "site-packages" / "tolmc" / "kernels"
+    shutil.copytree(SOURCES, installed, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(jit, "_HERE", installed)
+    assert jit.cache_directory().parent == tmp_path / "cache" / "tolmc"
+
+
 @pytest.mark.slow
 def test_an_edit_of_a_helper_reaches_its_callers(tmp_path):
     """A package with a helper in one file and an entry point in another, compiled, cached, edited, run again."""

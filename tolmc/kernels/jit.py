@@ -12,6 +12,7 @@ import numba as nb
 _OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
 
 _HERE = Path(__file__).parent
+_INSTALLED = {"site-packages", "dist-packages"}
 
 
 def source_hash(folder: Path = _HERE) -> str:
@@ -23,14 +24,17 @@ def source_hash(folder: Path = _HERE) -> str:
 
 
 def cache_directory() -> Path:
-    """Where compiled kernels are kept: beside the sources if that is writable, else in the user's cache.
+    """Where compiled kernels are kept: beside the sources of a checkout, else in the user's cache.
 
-    Numba's own key is the file of the function alone, so a changed helper in another file would leave a stale caller:
-    the directory's name carries the hash of all kernel sources instead. ``TOLMC_CACHE_DIR`` overrides the place.
+    Not beside installed sources: what stands there that the installer does not know outlives an uninstall, and a folder
+    without sources would then hide the package from a later editable install.
+
+    Numba's own key is the file of the function alone, so a changed helper in another file would leave a stale caller: the
+    directory's name carries the hash of all kernel sources instead. ``TOLMC_CACHE_DIR`` overrides the place.
     """
     if override := os.environ.get("TOLMC_CACHE_DIR"):
         root = Path(override)
-    elif os.access(_HERE, os.W_OK):
+    elif os.access(_HERE, os.W_OK) and not _INSTALLED & set(_HERE.parts):
         root = _HERE / "__pycache__"
     else:
         root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tolmc"
