@@ -61,7 +61,7 @@ class Joint:
         R*, r* (0 < r* < R*) and L > 0.
     section : {"circle", "exact"}
         ``"circle"``: the axis rests on circles of constant radius r, equations (1)-(3) (the paper's model).
-        ``"exact"``: the bearing's rims touch the tilted cylinder (model.md section 8 of the design notes; README "Model").
+        ``"exact"``: the bearing's rims touch the tilted cylinder (README, "Model").
     """
 
     bearing_radius: float
