@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from tolmc.intervals import Observations, Rows, binomial_interval, signed_rank_interval
+from tolmc.intervals import Observations, OrderStatistics, Rows, binomial_interval, signed_rank_interval
 from tolmc.sampling import SCRAMBLINGS, cube_points
 
 
@@ -91,6 +91,62 @@ def test_quantile_interval_holds_its_estimate(count, level):
     value, low, high = Observations(x).quantile(level)
     assert value == pytest.approx(np.quantile(x, level), abs=1e-12)
     assert low <= value <= high
+
+
+def large_samples():
+    rng = np.random.default_rng(9)
+    normal = rng.normal(size=200_000)
+    return {
+        "normal": normal,
+        "ascending": np.sort(normal),
+        "long tails": rng.standard_cauchy(200_000),
+        "few values": rng.integers(0, 3, 200_000).astype(float),
+        "one value": np.full(200_000, 0.1),
+        "infinite": np.where(normal > 2, np.inf, np.where(normal < -2, -np.inf, normal)),
+        # The part of the sample that says where to look holds nothing of what the rest is like.
+        "misleading": np.where(np.arange(200_000) % (200_000 // 2**14 | 1) == 0, 10.0, normal),
+    }
+
+
+@pytest.mark.parametrize("name", large_samples())
+def test_order_statistics_of_large_samples_are_those_of_a_sort(name):
+    values = large_samples()[name]
+    sample, ordered = OrderStatistics(values), np.sort(values)
+    for first, last in ((0, 0), (250, 290), (9_900, 10_100), (99_000, 101_000), (199_700, 199_999), (60_000, 140_000)):
+        start, window = sample.place(first, last)
+        np.testing.assert_array_equal(window[first - start : last - start + 1], ordered[first : last + 1])
+    for rank in np.random.default_rng(10).integers(0, len(values), 50):
+        assert sample[int(rank)] == ordered[rank]
+
+
+def test_large_samples_are_not_sorted_whole():
+    values = np.random.default_rng(11).normal(size=1_000_000)
+    assert len(OrderStatistics(values).place(498_000, 502_000)[1]) < 100_000
+
+
+@pytest.mark.parametrize("count", [3, 16, 47, 5_000, 70_001])
+def test_sums_of_groups_are_those_of_their_rows(count):
+    values = np.random.default_rng(12).normal(size=count)
+    for rows, group in (
+        (Rows("sobol"), np.arange(count) % SCRAMBLINGS),
+        (Rows(lot_size=5), np.arange(count) // 5),
+        (Rows(), np.arange(count)),
+    ):
+        np.testing.assert_allclose(rows.group_sums(values), np.bincount(group, values), rtol=1e-12, atol=1e-12)
+        np.testing.assert_array_equal(rows.group_sums(values > 0), np.bincount(group, values > 0))
+        np.testing.assert_array_equal(rows.group_counts(None, count), np.bincount(group))
+        np.testing.assert_array_equal(rows.group_counts(values > 0, count), np.bincount(group, values > 0))
+
+
+def test_trimmed_kurtosis_is_that_of_the_sorted_middle():
+    x = np.random.default_rng(13).standard_t(5, size=90_000)
+    n, z = len(x), stats.norm.ppf(0.975)
+    middle = np.sort(x)[(trimmed := int(n / (2 * math.sqrt(n - 4)))) : n - trimmed].mean()
+    kurtosis = n * np.sum((x - middle) ** 4) / np.sum((x - x.mean()) ** 2) ** 2
+    half_width = z * n / (n - z) * math.sqrt((kurtosis - (n - 3) / n) / (n - 1))  # Bonett (2006), of log s^2
+    s = x.std(ddof=1)
+    expected = [s, *(s * math.sqrt(n / (n - z)) * math.exp(side * 0.5 * half_width) for side in (-1, 1))]
+    assert Observations(x).sd() == pytest.approx(expected, rel=1e-12)
 
 
 def test_quantile_bounds_are_order_statistics():
