@@ -12,6 +12,7 @@ from tolmc.errors import InputError
 from tolmc.mechanism import SCALARS
 from tolmc.monte_carlo import run
 from tolmc.motion import study_motion
+from tolmc.statistics import rank_correlations
 from tolmc.study import load_study
 
 
@@ -96,7 +97,7 @@ def test_drivers_name_the_strongest_input(result):
     figure = plots.draw_drivers(result.samples, ["bearing_radius", "journal_radius", "half_length"], title="A study")
     texts = words(figure)
     assert_nothing_is_cut_off(figure)
-    correlations = plots.rank_correlations(
+    correlations = rank_correlations(
         result.samples, ["bearing_radius", "half_length"], ["tilt_angle", "effective_radius"]
     )
     assert (
@@ -117,7 +118,7 @@ def test_drivers_of_few_or_many_inputs_fit(result, count):
 def test_rank_correlation_is_that_of_spearman():
     x = np.random.default_rng(2).normal(size=(500, 2))
     frame = pd.DataFrame({"a": x[:, 0], "b": np.exp(x[:, 0]), "c": x[:, 0] + x[:, 1], "d": np.ones(500)})
-    found = plots.rank_correlations(frame, ["a"], ["b", "c", "d"])["a"]
+    found = rank_correlations(frame, ["a"], ["b", "c", "d"])["a"]
     assert found["b"] == pytest.approx(1)
     assert found["c"] == pytest.approx(6 / np.pi * np.arcsin(np.sqrt(0.5) / 2), abs=0.06)
     assert np.isnan(found["d"])

@@ -11,7 +11,7 @@ import pytest
 from small_study import GEOMETRY, write
 from test_monte_carlo import assert_bitwise_equal
 
-from tolmc import monte_carlo, run_directory
+from tolmc import monte_carlo, run_directory, run_pictures
 from tolmc.monte_carlo import resume, run
 from tolmc.run_directory import FORMAT, RunDirectoryError
 from tolmc.study import load_study
@@ -23,8 +23,10 @@ WRITE_BLOCK = run_directory.RunDirectory.write_block
 @pytest.fixture(autouse=True)
 def _quick_pictures(monkeypatch):
     # Drawing, which test_plots.py sees to, would be most of the time here.
-    monkeypatch.setattr(monte_carlo, "_draw_motion", lambda directory, study: directory.write_text("a.txt", "drawn"))
-    monkeypatch.setattr(monte_carlo, "_draw_samples", lambda directory, *rest: directory.write_text("b.txt", "drawn"))
+    for name in ("draw_motion", "draw_drivers", "draw_distributions"):
+        monkeypatch.setattr(
+            run_pictures, name, lambda directory, *rest, name=name: directory.write_text(f"{name}.txt", "drawn")
+        )
 
 
 @pytest.fixture
@@ -301,9 +303,16 @@ def test_rows_of_an_unfinished_run(stopped, study):
         directory.row(800)
 
 
-def test_blocks_become_row_groups(finished):
-    file = pq.ParquetFile(finished / "samples.parquet")
-    assert file.num_row_groups == -(-SAMPLES // monte_carlo._block_size(SAMPLES, 2))
+def test_row_groups_have_one_size_whatever_the_blocks(tmp_path, study, monkeypatch):
+    monkeypatch.setattr(run_directory, "_ROW_GROUP", 600)
+    whole = run(study, out=tmp_path / "run").samples
+    file = pq.ParquetFile(tmp_path / "run" / "samples.parquet")
+    assert [file.metadata.row_group(group).num_rows for group in range(file.num_row_groups)] == [600, 600, 600, 200]
+    read = run_directory.read(tmp_path / "run")
+    assert [read.row(index)["tilt_angle"] for index in (0, 599, 600, 1999)] == list(
+        whole["tilt_angle"][[0, 599, 600, 1999]]
+    )
+    assert_bitwise_equal(read.read(rows=601).to_pandas(), whole.head(601))
     assert file.schema_arrow.field("status").type.value_type == "string"
 
 

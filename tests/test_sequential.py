@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from small_study import GEOMETRY, write
 from test_monte_carlo import assert_bitwise_equal
 
-from tolmc import monte_carlo, run_directory
+from tolmc import run_directory, run_pictures
 from tolmc.cli import main
 from tolmc.intervals import Observations, Rows
 from tolmc.monte_carlo import resume, run
@@ -25,8 +25,10 @@ YIELD = 'statistic = "yield", width = 0.03'
 
 @pytest.fixture(autouse=True)
 def _quick_pictures(monkeypatch):
-    monkeypatch.setattr(monte_carlo, "_draw_motion", lambda directory, study: directory.write_text("a.txt", "drawn"))
-    monkeypatch.setattr(monte_carlo, "_draw_samples", lambda directory, *rest: directory.write_text("b.txt", "drawn"))
+    for name in ("draw_motion", "draw_drivers", "draw_distributions"):
+        monkeypatch.setattr(
+            run_pictures, name, lambda directory, *rest, name=name: directory.write_text(f"{name}.txt", "drawn")
+        )
 
 
 def file(folder, until, *changes, sampling="random"):

@@ -19,8 +19,9 @@ class Columns:
 
     def __init__(self, read: Callable[..., pa.Table]) -> None:
         self._read = read
-        self._names = read(rows=1).column_names
-        self._rows = read(columns=self._names[:1]).num_rows
+        self._words: dict[str, pd.Series] = {}
+        self._names = read(rows=0).column_names
+        self._rows = read(columns=[]).num_rows
 
     def __len__(self) -> int:
         return self._rows
@@ -32,7 +33,10 @@ class Columns:
         return name in self._names
 
     def __getitem__(self, name: str) -> pd.Series:
+        if name in self._words:
+            return self._words[name]
         column = self._read(columns=[name])[name]
         if pa.types.is_floating(column.type):
             return pd.Series(column.to_numpy(), name=name, copy=False)  # half the time and memory of to_pandas
-        return column.to_pandas()
+        # Kept: statistics ask for the status again and again, and its codes take a byte a sample.
+        return self._words.setdefault(name, column.to_pandas())

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from functools import cached_property, partial
@@ -26,6 +25,7 @@ from tolmc.mechanism import SCALARS, Scene
 from tolmc.motion import study_motion
 from tolmc.progress import progress
 from tolmc.run_directory import RunDirectory, RunDirectoryError
+from tolmc.run_pictures import RunPictures, run_pictures
 from tolmc.sequential import Sequential, looks_of, outcome, sample_study
 from tolmc.simulation import (
     GEOMETRY_OUTPUTS,
@@ -292,16 +292,14 @@ def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began:
 
 def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, began: float) -> StudyResult:
     try:
-        with ThreadPoolExecutor(1) as artist:
-            # Matplotlib takes about as long as statistics: it draws the motion beside the workers, the samples beside them.
-            pictures = [artist.submit(_draw_motion, directory, study)]
-            sequential = _compute(directory, study, plan, workforce)
+        with run_pictures(directory) as pictures:
+            if _integrates(study):
+                pictures.draw_motion(study)
+            sequential = _compute(directory, study, plan, workforce, pictures)
             study = study.replaced(samples=directory.record["samples"])
             nominal = _nominal_outputs(study, plan)
-            pictures.append(artist.submit(_draw_samples, directory, study, nominal))
+            pictures.draw_samples(study, nominal)
             result = _result(study, plan, nominal, sequential, directory.read, directory.path, began)
-            for picture in pictures:
-                picture.result()
         directory.write_text("summary.csv", result.summary.to_csv())
         directory.write_text("requirements.csv", result.requirements.to_csv())
         stop = {} if sequential is None else {"stopped_at": sequential.found.count}
@@ -312,12 +310,14 @@ def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew
     return result
 
 
-def _compute(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew) -> Sequential | None:
+def _compute(
+    directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, pictures: RunPictures
+) -> Sequential | None:
     """All samples of a run in samples.parquet; of a sequential one, as many as it takes."""
 
     def draw(count: int) -> Columns:
         directory.grow(count)
-        _compute_blocks(directory, study.replaced(samples=directory.record["samples"]), plan, workforce)
+        _compute_blocks(directory, study.replaced(samples=directory.record["samples"]), plan, workforce, pictures)
         return Columns(partial(directory.read, rows=count))
 
     asked, stopped_at = directory.sequential_study(), directory.record.get("stopped_at")
@@ -327,7 +327,7 @@ def _compute(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew)
     return None if asked is None else outcome(asked, Columns(partial(directory.read, rows=stopped_at)))
 
 
-def _compute_blocks(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew) -> None:
+def _compute_blocks(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, pictures: RunPictures) -> None:
     """samples.parquet with all samples; blocks that are on the disk already are not computed again."""
     blocks = directory.blocks()
     missing = {start: count for start, count in blocks if not directory.has_block(start)}
@@ -345,7 +345,8 @@ def _compute_blocks(directory: RunDirectory, study: Study, plan: Plan, workforce
     if blocks:
         done = study.samples - sum(missing.values())
         with progress(study.title, study.samples, done) as counted, closing(workforce.map(_block, calls)) as computed:
-            directory.write_samples(in_order(counted(computed)))
+            tables = in_order(counted(computed))
+            directory.write_samples(pictures.watch(tables, study) if blocks[0][0] == 0 else tables)
         # Arrow keeps what the blocks took; statistics of a million samples need it.
         pa.default_memory_pool().release_unused()
 
@@ -366,7 +367,7 @@ def _result(
         drawn["confidence"] = sequential.looks.look_confidence
     accuracies = _integration_errors(plan, nominal, outputs)
     summary = statistics.summarise(
-        samples, outputs=outputs, specification=specification, accuracies=accuracies, workers=max(study.workers - 1, 1),
+        samples, outputs=outputs, specification=specification, accuracies=accuracies, workers=study.workers,
         on_contact_loss=study.on_contact_loss, **drawn,
     )  # fmt: skip
     summary.insert(0, "unit", [units.SI[name] for name in summary.index])
@@ -397,27 +398,3 @@ def _integration_errors(plan: Plan, nominal: dict, outputs: list[str]) -> dict[s
     peaks = [abs(nominal[name]) for name in ("contact_force_D_max", "contact_force_E_max") if name in nominal]
     scales = {name: max(peaks, default=0.0) for name in outputs if name.startswith("contact_force")}
     return {name: plan.pilot_error * scale for name, scale in {**scales, "tilt_max": 1.0}.items()}
-
-
-def _draw_motion(directory: RunDirectory, study: Study) -> None:
-    from tolmc import plots
-
-    if _integrates(study):
-        title = f"{study.title}: nominal motion"
-        figure = plots.draw_trajectory(study_motion(study), study.scene, title=title)
-        directory.write_file("nominal.png", partial(plots.save, figure))
-
-
-def _draw_samples(directory: RunDirectory, study: Study, nominal: dict[str, float | str]) -> None:
-    from tolmc import plots
-
-    samples = Columns(directory.read)
-    outputs = [name for name in units.OUTPUTS if name in samples]
-    shown = [name for name in plots.DISTRIBUTIONS if name in samples] or outputs[:1]
-    figure = plots.draw_distributions(
-        samples, shown, nominal=nominal, specification=study.specification, title=study.title
-    )
-    directory.write_file("distributions.png", partial(plots.save, figure))
-    varied = [dimension.name for dimension in study.tolerances.varied]
-    head = directory.read(columns=[*varied, *outputs], rows=plots.RANKED).to_pandas()
-    directory.write_file("drivers.png", partial(plots.save, plots.draw_drivers(head, varied, title=study.title)))

@@ -20,6 +20,7 @@ from tolmc import units
 from tolmc.columns import Columns
 from tolmc.errors import InputError
 from tolmc.mechanism import Scene
+from tolmc.statistics import RANKED, rank_correlations
 
 _BLUE, _ORANGE, _RED, _GREY = "#0072B2", "#E69F00", "#D55E00", "#666666"
 _COLOUR = {"D": _BLUE, "E": _ORANGE}
@@ -32,8 +33,6 @@ _STYLE = {
 #: Outputs whose distribution is drawn.
 DISTRIBUTIONS = ("tilt_angle", "effective_radius", "contact_force_D_max", "contact_force_E_max")
 
-#: Samples whose ranks are correlated: they give a correlation to +-0.01, and ranks of a million cost a second.
-RANKED = 20_000
 _POINTS = 2_000
 _UPRIGHT = 4  # names of so many inputs stand beside each other
 _UNRANKED = ("contact_loss_time", *units.CHECKS)
@@ -142,14 +141,6 @@ def _mark(axis, value: float, text: str, colour: str, style: str, height: float)
         min(max(value, low), high), height, text, transform=axis.get_xaxis_transform(), color=colour,
         ha="right" if value > (low + high) / 2 else "left", va="bottom", fontsize=9,
     )  # fmt: skip
-
-
-def rank_correlations(samples: pd.DataFrame, inputs: list[str], outputs: list[str]) -> pd.DataFrame:
-    """Spearman's rank correlation of every output (rows) with every input (columns).
-
-    Over the first :data:`RANKED` samples that have both; NaN where one of them does not vary.
-    """
-    return samples[inputs + outputs].iloc[:RANKED].corr(method="spearman").loc[outputs, inputs]
 
 
 def draw_drivers(samples: pd.DataFrame, inputs: list[str], *, title: str) -> Figure:

@@ -273,15 +273,17 @@ class RunDirectory:
         _write(self._block_path(start), write)
 
     def write_samples(self, tables: Iterator[pa.Table]) -> None:
-        """samples.parquet anew: its rows so far, then those of ``tables``, a row group each."""
+        """samples.parquet anew: its rows so far, then those of ``tables``, in row groups of one size."""
 
         def write(temporary: Path) -> None:
             everything = self._with_present(tables)
             first = next(everything)
             schema = first.schema.with_metadata(self._stamp())
+            fitted = (self._fitted(table, schema) for table in chain([first], everything))
             with pq.ParquetWriter(temporary, schema, **_PARQUET) as writer:
-                for table in chain([first], everything):
-                    writer.write_table(self._fitted(table, schema))
+                for group in _row_groups(fitted):
+                    writer.write_table(group)
+                    _flush(temporary)  # so that little is left to wait for once the last sample is there
 
         _write(self.samples_path, write)
 
@@ -367,6 +369,9 @@ class RunDirectory:
         self.write_text("run.json", json.dumps(self.record, indent=2, allow_nan=False) + "\n")
 
 
+# Rows of a row group: a column of a million samples is read in half the time that it takes from groups of 16,384.
+_ROW_GROUP = 65_536
+
 # Random doubles do not compress, and every sample's row is read as a whole column or not at all.
 _PARQUET = {
     "compression": "NONE", "use_dictionary": ["status"], "write_statistics": False, "write_page_checksum": True,
@@ -391,6 +396,20 @@ def _read(path: Path, read: Callable[[], pa.Table]) -> pa.Table:
         return read()
     except (pa.ArrowInvalid, OSError) as error:
         raise _damaged(path, f"it cannot be read ({str(error).splitlines()[0]})") from None
+
+
+def _row_groups(tables: Iterator[pa.Table]) -> Iterator[pa.Table]:
+    """The rows of ``tables`` in tables of _ROW_GROUP rows, the last one with the rest."""
+    waiting, rows = [], 0
+    for table in tables:
+        waiting.append(table)
+        rows += table.num_rows
+        while rows >= _ROW_GROUP:
+            together = pa.concat_tables(waiting)
+            yield together.slice(0, _ROW_GROUP).unify_dictionaries()
+            waiting, rows = [together.slice(_ROW_GROUP)], rows - _ROW_GROUP
+    if rows:
+        yield pa.concat_tables(waiting).unify_dictionaries()
 
 
 def _group_starts(file: pq.ParquetFile) -> np.ndarray:
