@@ -44,7 +44,7 @@ def main() -> None:
     """
     # The packages leave some hundred thousand objects that stay: looking for garbage among them took a run 0.3 s, and its end
     # another 0.3 s.
-    gc.set_threshold(100_000)
+    gc.set_threshold(5_000)
     atexit.register(gc.freeze)
 
 

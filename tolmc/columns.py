@@ -35,6 +35,7 @@ class Columns:
     def __getitem__(self, name: str) -> pd.Series:
         if name in self._words:
             return self._words[name]
+        pa.default_memory_pool().release_unused()  # else Arrow keeps what was read before: 30 MB of a million samples
         column = self._read(columns=[name])[name]
         if pa.types.is_floating(column.type):
             return pd.Series(column.to_numpy(), name=name, copy=False)  # half the time and memory of to_pandas

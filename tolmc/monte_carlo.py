@@ -347,8 +347,6 @@ def _compute_blocks(directory: RunDirectory, study: Study, plan: Plan, workforce
         with progress(study.title, study.samples, done) as counted, closing(workforce.map(_block, calls)) as computed:
             tables = in_order(counted(computed))
             directory.write_samples(pictures.watch(tables, study) if blocks[0][0] == 0 else tables)
-        # Arrow keeps what the blocks took; statistics of a million samples need it.
-        pa.default_memory_pool().release_unused()
 
 
 def _result(
@@ -365,11 +363,12 @@ def _result(
     drawn = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
     if sequential is not None:
         drawn["confidence"] = sequential.looks.look_confidence
+    judged = statistics.out_of_specification(samples, specification, on_contact_loss=study.on_contact_loss)
+    judging = {"specification": specification, "on_contact_loss": study.on_contact_loss, "judged": judged}
     accuracies = _integration_errors(plan, nominal, outputs)
     summary = statistics.summarise(
-        samples, outputs=outputs, specification=specification, accuracies=accuracies, workers=study.workers,
-        on_contact_loss=study.on_contact_loss, **drawn,
-    )  # fmt: skip
+        samples, outputs=outputs, accuracies=accuracies, workers=study.workers, **judging, **drawn
+    )
     summary.insert(0, "unit", [units.SI[name] for name in summary.index])
     return StudyResult(
         study=study,
@@ -377,9 +376,7 @@ def _result(
         nominal=nominal,
         sequential=sequential,
         summary=summary,
-        requirements=statistics.summarise_requirements(
-            samples, specification=specification, on_contact_loss=study.on_contact_loss, **drawn
-        ),
+        requirements=statistics.summarise_requirements(samples, **judging, **drawn),
         statuses=statistics.count_statuses(samples, **drawn),
         directory=directory,
         elapsed=time.perf_counter() - began,

@@ -30,6 +30,7 @@ RANKED = 20_000
 NOTHING = Estimate(np.nan, np.nan, np.nan)
 
 Specification = Mapping[str, Mapping[str, float | None]]
+Judged = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]
 
 #: Outputs that a loss of contact leaves as they are: the geometry, and the time of the loss itself.
 _SETTLED = (*units.OUTPUTS[:3], "contact_loss_time")
@@ -88,7 +89,7 @@ def _outlives_contact(name: str, specification: Specification, on_contact_loss: 
 
 def out_of_specification(
     samples: pd.DataFrame, specification: Specification, *, on_contact_loss: str = "stop"
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+) -> Judged:
     """For each specified output, rows that are out of its limits and rows that are known to be in or out.
 
     A sample is not known :func:`without_value`, with one exception: an extreme over the motion that leaves its
@@ -158,6 +159,7 @@ def summarise(
     lot_size: int = 1,
     workers: int = 1,
     on_contact_loss: str = "stop",
+    judged: Judged | None = None,
 ) -> pd.DataFrame:
     """A row an output: its estimates with their intervals, in the output's unit.
 
@@ -178,6 +180,8 @@ def summarise(
         Outputs that are summarised at a time.
     on_contact_loss : "stop", "continue" or "end"
         What the motions did then; "stop": a sample that lost contact is not known to keep a limit.
+    judged : optional
+        What :func:`out_of_specification` says of these samples, where it is known already.
 
     Returns
     -------
@@ -193,7 +197,7 @@ def summarise(
     missing = [name for name in outputs if name not in samples]
     if missing:
         raise ValueError(f"output {missing[0]!r} is no column of the samples; allowed: {list(samples)}.")
-    out, known = out_of_specification(samples, specification or {}, on_contact_loss=on_contact_loss)
+    out, known = judged or out_of_specification(samples, specification or {}, on_contact_loss=on_contact_loss)
     unusable = failed(samples)
     unusable = unusable if unusable.any() else None
     contact_loss = as_columns("contact_loss", rows.share(contact_lost(samples)))
@@ -233,8 +237,11 @@ def summarise_requirements(
     lot_size: int = 1,
     method: str = "exact",
     on_contact_loss: str = "stop",
+    judged: Judged | None = None,
 ) -> pd.DataFrame:
     """A row a requirement, then a row for any of them being broken and one for contact loss.
+
+    ``judged``, where it is known already, is what :func:`out_of_specification` says of these samples.
 
     Returns
     -------
@@ -247,7 +254,7 @@ def summarise_requirements(
         :func:`tolmc.intervals.binomial_interval`.
     """
     rows = Rows(sampling, confidence, lot_size)
-    out, known = out_of_specification(samples, specification, on_contact_loss=on_contact_loss)
+    out, known = judged or out_of_specification(samples, specification, on_contact_loss=on_contact_loss)
     events = {name: (out[name], known[name]) for name in specification}
     if specification:
         any_out = np.any(list(out.values()), axis=0)
