@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scenes import (
     CYLINDER,
@@ -262,6 +263,19 @@ def test_no_load_and_no_motion_give_no_force():
             result = one(scene, step=step)
             assert result.status == "ok"
             assert all(abs(result[name]) < 1e-12 for name in FORCES)
+
+
+def test_results_depend_neither_on_workers_nor_on_what_is_integrated_next():
+    scene = replace(SYMMETRIC, duration=0.15)
+    samples, others = cylinders(300, 5), cylinders(300, 6)
+    result = simulate_many(scene, **split(samples), step=1e-3)
+    kept = result.copy(deep=True)
+    simulate_many(scene, **split(others), step=1e-3)
+    pd.testing.assert_frame_equal(result, kept)
+    for workers in (2, 3):
+        pd.testing.assert_frame_equal(simulate_many(scene, **split(samples), step=1e-3, workers=workers), kept)
+    few = simulate_many(scene, **split(samples, slice(7, 12)), step=1e-3)
+    pd.testing.assert_frame_equal(few, kept[7:12].reset_index(drop=True))
 
 
 # Loss of contact
