@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -17,7 +18,9 @@ from tolmc.kernels import ensemble, models, published
 from tolmc.kernels import parameters as P
 from tolmc.kernels.runge_kutta import TABLEAUX
 from tolmc.mechanism import SCALARS, Scene
-from tolmc.step_statistics import POSITIONS, Sampled
+
+if TYPE_CHECKING:
+    from tolmc.step_statistics import Sampled
 
 FORMULATIONS = ("slope", "published", "published-regular")
 METHODS = tuple(TABLEAUX)
@@ -419,6 +422,9 @@ def _published_quantities(parameters, plan: Plan, records: _Records, step: float
 
     A sample that meets a singular set where the records pass it is bridged by its step's other samples.
     """
+    # SciPy's interpolation, a third of a second to import, is for these formulations alone.
+    from tolmc.step_statistics import POSITIONS, Sampled
+
     tableau = TABLEAUX[plan.method]
     origin, axis, force = (np.empty((plan.steps, len(POSITIONS), width)) for width in (2, 3, 2))
     status = published.sample_steps(
