@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from tolmc.intervals import Observations, OrderStatistics, Rows, binomial_interval, signed_rank_interval
+from tolmc.intervals import Observations, Rows, binomial_interval, signed_rank_interval
+from tolmc.order_statistics import OrderStatistics
 from tolmc.sampling import SCRAMBLINGS, cube_points
 
 
