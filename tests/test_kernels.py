@@ -54,7 +54,10 @@ def step_instructions(present):
 @pytest.mark.parametrize(
     "present",
     [
-        (), ("load", "forces"), ("axial", "load", "forces"), ("exact", "load", "forces"),
+        ("load", "forces"),
+        pytest.param((), marks=pytest.mark.slow),
+        pytest.param(("axial", "load", "forces"), marks=pytest.mark.slow),
+        pytest.param(("exact", "load", "forces"), marks=pytest.mark.slow),
         pytest.param(("general", "load", "forces"), marks=pytest.mark.slow),
         pytest.param(("exact", "general", "load", "forces"), marks=pytest.mark.slow),
         pytest.param(("rk4", "load", "forces"), marks=pytest.mark.slow),

@@ -64,6 +64,7 @@ def test_reference_trajectories(name, step, tolerance):
 
 
 @everyone
+@pytest.mark.slow
 def test_the_twin_agrees_with_the_references(name):
     """What the kernels are compared with below is itself right."""
     scene, expected = REFERENCES[name].scene, REFERENCES[name].expected
@@ -157,6 +158,7 @@ def test_the_integrable_motion_keeps_its_period(make):
 
 
 @everyone
+@pytest.mark.slow
 def test_energy_is_kept(name):
     scene = REFERENCES[name].scene
     motion = simulate(scene, step=1e-3)
