@@ -247,7 +247,9 @@ PASSES = {
 }
 
 
-@pytest.mark.parametrize("body", [CYLINDER, UNBALANCED], ids=["symmetric", "general"])
+@pytest.mark.parametrize(
+    "body", [CYLINDER, pytest.param(UNBALANCED, marks=pytest.mark.slow)], ids=["symmetric", "general"]
+)
 @pytest.mark.parametrize("name", PASSES)
 def test_motion_passes_the_singular_sets_of_the_papers_coordinates(name, body):
     alpha, beta, alpha_rate, beta_rate = PASSES[name]
@@ -257,7 +259,9 @@ def test_motion_passes_the_singular_sets_of_the_papers_coordinates(name, body):
     assert largest_difference(scene, motion, slope_twin.integrate(scene.scalars, motion.time)) < 1e-9
 
 
-@pytest.mark.parametrize("body", [CYLINDER, UNBALANCED], ids=["symmetric", "general"])
+@pytest.mark.parametrize(
+    "body", [CYLINDER, pytest.param(UNBALANCED, marks=pytest.mark.slow)], ids=["symmetric", "general"]
+)
 @pytest.mark.parametrize("difference", [0.0, 1e-9, np.pi, np.pi - 1e-9])
 @pytest.mark.parametrize("rate", [0.0, 3.0])
 def test_motion_starts_on_the_singular_sets(difference, rate, body):
