@@ -30,6 +30,7 @@ RANKED = 20_000
 NOTHING = Estimate(np.nan, np.nan, np.nan)
 
 Specification = Mapping[str, Mapping[str, float | None]]
+#: Rows out of the limits and rows known to be in or out, {output: (rows,) bool} each: :func:`out_of_specification`.
 Judged = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]
 
 #: Outputs that a loss of contact leaves as they are: the geometry, and the time of the loss itself.
@@ -180,7 +181,7 @@ def summarise(
         Outputs that are summarised at a time.
     on_contact_loss : "stop", "continue" or "end"
         What the motions did then; "stop": a sample that lost contact is not known to keep a limit.
-    judged : optional
+    judged : (out, known), optional
         What :func:`out_of_specification` says of these samples, where it is known already.
 
     Returns
