@@ -1,12 +1,14 @@
 """The compiled code itself: packed instructions, a cache that is never stale, and the Runge-Kutta formulas."""
 
 import inspect
+import math
 import platform
 import re
 import shutil
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import llvmlite.binding as llvm
@@ -17,11 +19,11 @@ from scipy.integrate._ivp import dop853_coefficients as dop853
 
 import tolmc.kernels
 from tolmc.kernels import ensemble, jit, runge_kutta
-from tolmc.kernels.runge_kutta import CLASSICAL, DORMAND_PRINCE, TABLEAUX
+from tolmc.kernels.runge_kutta import CLASSICAL, DORMAND_PRINCE, MOTION_ALONE, TABLEAUX
 
 SOURCES = Path(tolmc.kernels.__file__).parent
 FLAGS = ("general", "axial", "exact", "rk4", "load", "forces")
-every_tableau = pytest.mark.parametrize("tableau", TABLEAUX.values(), ids=TABLEAUX)
+every_tableau = pytest.mark.parametrize("tableau", [*TABLEAUX.values(), MOTION_ALONE], ids=[*TABLEAUX, "motion alone"])
 
 
 # Packed instructions
@@ -32,7 +34,8 @@ def step_instructions(present):
 
     The step is compiled afresh with the flags ``present``: Numba shows no code that comes from its cache.
     """
-    step = ensemble._step.py_func
+    motion_alone = not {"general", "exact", "rk4", "forces"} & set(present)
+    step = (ensemble._motion_step if motion_alone else ensemble._step).py_func
     types = [
         (nb.int64 if name in present else nb.none) if name in FLAGS else nb.float64[::1]
         for name in inspect.signature(step).parameters
@@ -55,7 +58,10 @@ def step_instructions(present):
     "present",
     [
         ("load", "forces"),
+        ("load",),
         pytest.param((), marks=pytest.mark.slow),
+        pytest.param(("axial", "load"), marks=pytest.mark.slow),
+        pytest.param(("general", "load"), marks=pytest.mark.slow),
         pytest.param(("axial", "load", "forces"), marks=pytest.mark.slow),
         pytest.param(("exact", "load", "forces"), marks=pytest.mark.slow),
         pytest.param(("general", "load", "forces"), marks=pytest.mark.slow),
@@ -143,22 +149,46 @@ def test_numbas_own_setting_is_left_alone():
 # Runge-Kutta formulas
 
 
-@every_tableau
-def test_quadrature_conditions(tableau):
-    """sum b_i c_i^k = 1/(k + 1) for k < order."""
-    c = tableau.matrix.sum(axis=1)
-    for k in range(tableau.order):
-        assert tableau.b @ c**k == pytest.approx(1 / (k + 1), abs=1e-14)
+@cache
+def rooted_trees(order):
+    """Rooted trees of ``order`` vertices, each as the sorted tuple of its root's branches."""
+    if order == 1:
+        return {()}
+    grown = set()
+    for tree in rooted_trees(order - 1):
+        grown.add(tuple(sorted((*tree, ()))))
+        for i, branch in enumerate(tree):
+            for larger in rooted_trees(size(branch) + 1):
+                grown.add(tuple(sorted((*tree[:i], larger, *tree[i + 1 :]))))
+    return grown
+
+
+def size(tree):
+    return 1 + sum(map(size, tree))
+
+
+def density(tree):
+    return size(tree) * math.prod(map(density, tree))
+
+
+def stage_weights(tree, matrix):
+    """Phi_i(t): the product over the root's branches of (A Phi(branch))_i."""
+    weights = np.ones(len(matrix))
+    for branch in tree:
+        weights = weights * (matrix @ stage_weights(branch, matrix))
+    return weights
+
+
+def test_number_of_rooted_trees():
+    assert [len(rooted_trees(n)) for n in range(1, 10)] == [1, 1, 2, 4, 9, 20, 48, 115, 286]
 
 
 @every_tableau
-def test_order_on_a_linear_equation(tableau):
-    """b A^(k-1) 1 = 1/k! for k <= order: exact for y' = y up to that power."""
-    vector, factorial = np.ones(tableau.stages), 1.0
-    for k in range(1, tableau.order + 1):
-        factorial *= k
-        assert tableau.b @ vector == pytest.approx(1 / factorial, abs=1e-14)
-        vector = tableau.matrix @ vector
+def test_order_conditions(tableau):
+    """b . Phi(t) = 1/gamma(t) for every rooted tree t up to the order (Butcher), and not for all of the next."""
+    for order in range(1, tableau.order + 2):
+        left = [tableau.b @ stage_weights(t, tableau.matrix) - 1 / density(t) for t in rooted_trees(order)]
+        assert (np.abs(left).max() < 5e-14) == (order <= tableau.order)
 
 
 def test_coefficients_are_those_of_scipy():
@@ -168,8 +198,12 @@ def test_coefficients_are_those_of_scipy():
 
 
 @every_tableau
-def test_explicit_and_sampled_from_start_to_end(tableau):
+def test_explicit(tableau):
     assert (np.triu(tableau.matrix) == 0).all()
+
+
+@pytest.mark.parametrize("tableau", TABLEAUX.values(), ids=TABLEAUX)
+def test_sampled_from_start_to_end(tableau):
     assert tableau.positions[0] == 0
     assert tableau.positions[-1] == 1
     assert (np.diff(tableau.positions) > 0).all()
@@ -204,3 +238,12 @@ def test_stage_arguments_and_the_end_are_rows_of_the_tableau(tableau, argument, 
         np.testing.assert_allclose(out, y + row @ k, rtol=0, atol=1e-13)
     end(y, k.ravel(), out, size)
     np.testing.assert_allclose(out, y + tableau.b @ k, rtol=0, atol=1e-13)
+
+
+def test_sums_of_the_motion_alone_are_rows_of_its_tableau():
+    size, m = 12, 7
+    rng = np.random.default_rng(1)
+    y, k = rng.normal(size=size), rng.normal(size=(MOTION_ALONE.stages, size))
+    rows = [*MOTION_ALONE.matrix, MOTION_ALONE.b]
+    for at, row in zip([*runge_kutta.MOTION_ARGUMENTS, runge_kutta.motion_end], rows, strict=True):
+        assert at(y, k.ravel(), size, m) == pytest.approx(y[m] + row @ k[:, m], rel=1e-13, abs=1e-13)

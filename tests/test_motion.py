@@ -22,6 +22,7 @@ from twins import slope_twin
 from twins.invariants import FreeSymmetricBody, angular_momentum_z
 
 from tolmc import Body, Joint, Loads, Motion, Scene, simulate, simulate_many
+from tolmc.simulation import END_OUTPUTS
 
 AXIAL = Scene(PAPER_JOINT, CYLINDER, Loads((0, 0, -9.81)), START, 0.2)
 everyone = pytest.mark.parametrize("name", REFERENCES)
@@ -128,6 +129,37 @@ def test_order_of_convergence(name, method, order, allowed):
         for steps in (n, 2 * n)
     )
     np.testing.assert_allclose(np.log2(np.divide(coarse, half)), order, rtol=0, atol=allowed)
+
+
+def end_alone(scene, steps):
+    """Origin/r and axis at the end of the motion where nothing else is asked for."""
+    joint = scene.joint
+    columns = {name: [getattr(joint, name)] for name in ("bearing_radius", "journal_radius", "half_length")}
+    ends = simulate_many(scene, **columns, step=scene.duration / steps, outputs=END_OUTPUTS)
+    assert ends.status[0] == "ok"
+    values = np.array(ends.loc[0, list(END_OUTPUTS)], float)
+    values[:2] /= joint.effective_radius
+    return values
+
+
+@everyone
+def test_motions_alone_end_at_the_references(name):
+    scene, expected = REFERENCES[name].scene, REFERENCES[name].expected
+    exact = [*np.divide(expected["origin"], expected["effective_radius"]), *expected["axis"]]
+    np.testing.assert_allclose(end_alone(scene, 200), exact, rtol=0, atol=2e-11)
+
+
+@pytest.mark.parametrize("name", ["paper joint", "vertical axis"])
+def test_order_of_convergence_of_motions_alone(name):
+    """They have a formula of their own: a smaller error than that of the motions whose contact forces are looked at."""
+    scene = replace(ORDER[name][0], duration=0.5)
+    fine = simulate(scene, step=scene.duration / 4096)
+    exact = np.hstack([fine.origin[-1] / scene.joint.effective_radius, fine.axis[-1]])
+    coarse, half = (np.linalg.norm(end_alone(scene, steps) - exact) for steps in (24, 48))
+    assert np.log2(coarse / half) == pytest.approx(8, abs=0.5)
+    watched = simulate(scene, step=scene.duration / 24)
+    watched_end = np.hstack([watched.origin[-1] / scene.joint.effective_radius, watched.axis[-1]])
+    assert coarse < 0.5 * np.linalg.norm(watched_end - exact)
 
 
 # What stays constant

@@ -233,8 +233,12 @@ def _raw(
         code[inside] = np.where(_is_body(raw[:, inside]), ensemble.OK, _BODY_INVALID)
     raw[P.RADIUS] = np.nan
     if joint.any():
-        raw[P.RADIUS, joint] = geometry.effective_radius(large[joint], small[joint], length[joint])
-    raw[P.LOAD_ENERGY] = _load_energy(raw)
+        inside = slice(None) if joint.all() else joint
+        raw[P.RADIUS, inside] = geometry.effective_radius(large[inside], small[inside], length[inside])
+    raw[P.LOAD_ENERGY] = _load_energy(values, raw[P.RADIUS], length)
+    alpha, beta = 0.5 * values["alpha"], 0.5 * values["beta"]
+    raw[P.COS_MEAN], raw[P.SIN_MEAN] = np.cos(alpha + beta), np.sin(alpha + beta)
+    raw[P.COS_HALF], raw[P.SIN_HALF] = np.cos(alpha - beta), np.sin(alpha - beta)
     return raw, code
 
 
@@ -249,14 +253,15 @@ def _is_body(raw: np.ndarray) -> np.ndarray:
     return (mass > 0) & (moments[:, 0] >= -slack) & (moments[:, 2] <= moments[:, 0] + moments[:, 1] + slack)
 
 
-def _load_energy(raw: np.ndarray) -> np.ndarray:
+def _load_energy(values: Mapping[str, np.ndarray | float], r: np.ndarray, length: np.ndarray) -> np.ndarray:
     """Size of the potential energy's variation, J: r |F_h| + r/L |G_h| + (r/L)^2 |G_z|/2 with G = sum z_i F_i."""
-    weight = raw[P.MASS] * raw[P.GRAVITY_X : P.GRAVITY_Z + 1]
-    force = raw[P.FORCE_X : P.FORCE_Z + 1]
-    r, slope = raw[P.RADIUS], raw[P.RADIUS] / raw[P.HALF_LENGTH]
-    lever = np.abs(raw[P.COM_Z] * weight) + np.abs(raw[P.POINT_Z] * force)
-    horizontal = np.abs(weight[:2] + force[:2]).sum(axis=0)
-    return r * horizontal + slope * lever[:2].sum(axis=0) + 0.5 * slope**2 * lever[2]
+    weight = [values["mass"] * values[f"gravity_{axis}"] for axis in "xyz"]
+    force = [values[f"force_{axis}"] for axis in "xyz"]
+    arm_weight, arm_force = values["center_of_mass_z"], values["force_point_z"]
+    lever = [np.abs(arm_weight * w) + np.abs(arm_force * f) for w, f in zip(weight, force, strict=True)]
+    horizontal = np.abs(weight[0] + force[0]) + np.abs(weight[1] + force[1])
+    slope = r / length
+    return r * horizontal + slope * (lever[0] + lever[1] + 0.5 * slope * lever[2])
 
 
 _BODY_SCALARS = tuple(name for name in SCALARS if name.startswith(("mass", "center_of_mass", "inertia")))
@@ -300,14 +305,14 @@ def _integrate(
     out = np.empty((ensemble.RESULTS, n)) if out is None else out
     features = plan.features
     force, at, ignore = np.full(n, -1), np.zeros(n), np.full(n, -1)
-    lanes = np.arange(n)
+    lanes: slice | np.ndarray = slice(None)
     for attempt in range(_ATTEMPTS):
         if attempt == _ATTEMPTS - 1:
             force[lanes], ignore[lanes] = -1, plan.steps
-        part = out if len(lanes) == n else np.empty((ensemble.RESULTS, len(lanes)))
+        part = out if attempt == 0 else np.empty((ensemble.RESULTS, len(lanes)))
         ensemble.integrate(
-            raw if len(lanes) == n else np.ascontiguousarray(raw[:, lanes]),
-            plan.steps, duration, on_loss, project_energy, force[lanes], at[lanes], ignore[lanes], part,
+            np.ascontiguousarray(raw[:, lanes]), plan.steps, duration, on_loss, project_energy,
+            force[lanes], at[lanes], ignore[lanes], part,
             *features.model, 1 if plan.method == "rk4" else None, 1 if features.load else None, 1 if forces else None,
             1 if features.momentum else None,
         )  # fmt: skip
@@ -689,7 +694,7 @@ def _results_of_block(scene, values, n, outputs, plan, on_loss, project_energy) 
         if not everything:
             results = np.full((ensemble.RESULTS, n), np.nan)
             results[:, valid] = part
-        code[valid] = part[ensemble.STATUS].astype(np.int64)
+        code[slice(None) if everything else valid] = part[ensemble.STATUS]
         status_time = np.where(code != ensemble.OK, results[ensemble.END_TIME], np.nan)
         code = _judged(code, results, raw, plan, forces)
     for name in outputs:
@@ -714,17 +719,20 @@ def _judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, 
     checks += [ensemble.MOMENTUM_ERROR] if features.momentum else []
     checks += [ensemble.SPIN_ERROR] if features.spin else []
     checks += [ensemble.HALVING_ERROR] if plan.halving else []
-    worst = results[checks].max(axis=0)
+    worst = np.maximum.reduce([results[row] for row in checks])
     finite = np.isfinite(worst)
     if forces:
         finite &= np.isfinite(results[: ensemble.TILT_MAX + 1]).all(axis=0)
         worst = np.maximum(worst, _contradiction(results, raw))
-    whole = code <= ensemble.CONTACT_LOST
-    code[whole & ~finite] = ensemble.DIVERGED
-    code[whole & finite & ~(worst <= plan.accuracy)] = _INACCURATE
+    good = finite & (worst <= plan.accuracy)
+    if not good.all():
+        whole = code <= ensemble.CONTACT_LOST
+        code[whole & ~finite] = ensemble.DIVERGED
+        code[whole & finite & ~good] = _INACCURATE
     # A motion that has left the numbers' range or the coordinates' domain has no statistics.
     without = (code == ensemble.DIVERGED) | (code >= _SINGULAR_PSI)
-    results[: ensemble.LOSS_TIME + 1, without] = np.nan
+    if without.any():
+        results[: ensemble.LOSS_TIME + 1, without] = np.nan
     return code
 
 

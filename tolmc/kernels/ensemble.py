@@ -22,7 +22,9 @@ from tolmc.kernels.jit import device, kernel, routine
 from tolmc.kernels.runge_kutta import (
     CLASSICAL,
     DORMAND_PRINCE,
+    MOTION_ARGUMENTS,
     midpoint_rk4,
+    motion_end,
     stage_argument_rk4,
     stage_argument_rk8,
     step_end_rk4,
@@ -79,6 +81,51 @@ def _yes():
 def _no():
     """False, but no literal."""
     return np.bool_(False)
+
+
+def _motion_stage(stage, argument_at):
+    """Device function of one stage of rk8 for the motion alone, argument and right-hand side in one loop over the lanes.
+
+    Sums wait for memory, right-hand sides for arithmetic; in one loop they overlap, which a tenth of a step is gained by.
+    """
+
+    @device
+    def motion_stage(y, k, argument, coef, h, axial, load):
+        n_state, _ = models.sizes(None, axial, None)
+        size = n_state * WIDTH
+        for lane in range(WIDTH):
+            for c in range(n_state):
+                argument[c * WIDTH + lane] = argument_at(y, k, size, c * WIDTH + lane)
+            models.advance(argument, coef, h[lane], k, stage * size, lane, WIDTH, None, axial, None, load)
+
+    return motion_stage
+
+
+_M0, _M1, _M2, _M3, _M4, _M5, _M6, _M7, _M8, _M9, _M10, _M11 = (
+    _motion_stage(stage, argument_at) for stage, argument_at in enumerate(MOTION_ARGUMENTS)
+)
+
+
+@routine
+def _motion_step(y, end, coef, h, k, argument, error, axial, load):
+    """:func:`_step` of rk8 for a symmetric body's motion alone: its right-hand side is short enough to compile twelve times."""
+    _M0(y, k, argument, coef, h, axial, load)
+    _M1(y, k, argument, coef, h, axial, load)
+    _M2(y, k, argument, coef, h, axial, load)
+    _M3(y, k, argument, coef, h, axial, load)
+    _M4(y, k, argument, coef, h, axial, load)
+    _M5(y, k, argument, coef, h, axial, load)
+    _M6(y, k, argument, coef, h, axial, load)
+    _M7(y, k, argument, coef, h, axial, load)
+    _M8(y, k, argument, coef, h, axial, load)
+    _M9(y, k, argument, coef, h, axial, load)
+    _M10(y, k, argument, coef, h, axial, load)
+    _M11(y, k, argument, coef, h, axial, load)
+    n_state, _ = models.sizes(None, axial, None)
+    for lane in range(WIDTH):
+        for c in range(n_state):
+            end[c * WIDTH + lane] = motion_end(y, k, n_state * WIDTH, c * WIDTH + lane)
+        error[lane] = models.project(end, coef, lane, WIDTH, None, axial, None)
 
 
 @routine
@@ -188,6 +235,16 @@ def _project_energy(y, coef, energy, correction, general, axial, exact, load):
         factor = math.sqrt(ratio) if near else 1.0
         correction[lane] += kinetic + potential - energy[lane] if near else 0.0
         models.scale_speeds(y, factor, lane, WIDTH, general, axial, exact)
+
+
+@device
+def _pose(y, coef, length, pose, general, axial, exact, load):
+    """O_x, O_y and the axis, rows ORIGIN_X to AXIS_Z of the results, of every lane."""
+    for lane in range(WIDTH):
+        x, z, u, v, _, _, _, _, _, _, w2 = models.observe(y, coef, lane, WIDTH, general, axial, exact, load)
+        norm = math.sqrt(length[lane] * length[lane] + w2)
+        pose[lane], pose[WIDTH + lane] = x, z
+        pose[2 * WIDTH + lane], pose[3 * WIDTH + lane], pose[4 * WIDTH + lane] = u / norm, v / norm, length[lane] / norm
 
 
 @device
@@ -534,7 +591,7 @@ def integrate(
     states = _lanes(_QUANTITIES * _SLOTS * n_state)
     integrals, loss_state = _lanes(4), _lanes(n_state)
     h, h_part, best, position = _lanes(1), _lanes(1), _lanes(1), _lanes(1)
-    error, constraint_error = _lanes(1), _lanes(1)
+    error, constraint_error, length, pose = _lanes(1), _lanes(1), _lanes(1), _lanes(5)
     energy0, work, energy_error, energy_scale = (
         _lanes(1),
         _lanes(1),
@@ -558,6 +615,7 @@ def integrate(
         for lane in range(WIDTH):
             i = min(block + lane, n - 1)
             models.prepare(raw, i, coef, y, lane, WIDTH, general, axial, exact)
+            length[lane] = raw[P.HALF_LENGTH, i]
         forced = 0
         for lane in range(WIDTH):
             kinetic, potential = _energies(y, coef, lane, general, axial, exact, load)
@@ -573,18 +631,25 @@ def integrate(
             open_forces[lane], open_motion[lane] = 1.0, 1.0
             loss_floor[lane] = 0.0
             forced += force_step[min(block + lane, n - 1)] >= 0
-        integrals[:] = 0.0
-        slots[:] = 0.0
-        for place in range(_QUANTITIES * _SLOTS):
-            for lane in range(WIDTH):
-                slots[place * 4 * WIDTH + lane] = -np.inf
-        for m in range(n_state * WIDTH):
-            loss_state[m] = y[m]
+        if forces is not None:
+            integrals[:] = 0.0
+            slots[:] = 0.0
             for place in range(_QUANTITIES * _SLOTS):
-                states[place * n_state * WIDTH + m] = y[m]
+                for lane in range(WIDTH):
+                    slots[place * 4 * WIDTH + lane] = -np.inf
+            for m in range(n_state * WIDTH):
+                loss_state[m] = y[m]
+            for place in range(_QUANTITIES * _SLOTS):
+                for m in range(n_state * WIDTH):
+                    states[place * n_state * WIDTH + m] = y[m]
 
         for step in range(steps):
-            _step(y, end, coef, h, k, argument, samples, sums, error, _yes(), general, axial, exact, rk4, load, forces)
+            if forces is None and general is None and exact is None and rk4 is None:
+                _motion_step(y, end, coef, h, k, argument, error, axial, load)
+            else:
+                _step(
+                    y, end, coef, h, k, argument, samples, sums, error, _yes(), general, axial, exact, rk4, load, forces,
+                )  # fmt: skip
             if forces is not None:
                 # Losses first: the step in which contact ends belongs to the statistics only up to that instant.
                 if forced > 0:
@@ -759,7 +824,7 @@ def integrate(
                         out[D_MEAN + 4 * end_plane, i] = slots[first + lane]
                         out[D_RMS + 4 * end_plane, i] = abs(slots[first + lane])
                 first = 4 * _SLOTS * 4 * WIDTH
-                out[TILT_MAX, i] = math.atan(math.sqrt(max(slots[first + lane], 0.0)) / raw[1, i])
+                out[TILT_MAX, i] = math.atan(math.sqrt(max(slots[first + lane], 0.0)) / length[lane])
                 out[LOSS_TIME, i] = loss_time[lane] if loss_time[lane] >= 0.0 else np.nan
             out[ENERGY_ERROR, i] = energy_error[lane] / energy_scale[lane] if energy_error[lane] != 0.0 else 0.0
             out[ENERGY_CORRECTION, i] = abs(correction[lane]) / energy_scale[lane] if correction[lane] != 0.0 else 0.0
@@ -772,10 +837,10 @@ def integrate(
                 out[MOMENTUM_ERROR, i] = change / scale if change != 0.0 else 0.0
             out[CONSTRAINT_ERROR, i] = constraint_error[lane]
             out[END_TIME, i], out[STATUS, i] = end_time, status
-            x, z, u, v, _, _, _, _, _, _, w2 = models.observe(y, coef, lane, WIDTH, general, axial, exact, load)
-            norm = math.sqrt(raw[1, i] ** 2 + w2)
-            out[ORIGIN_X, i], out[ORIGIN_Y, i] = x, z
-            out[AXIS_X, i], out[AXIS_Y, i], out[AXIS_Z, i] = u / norm, v / norm, raw[1, i] / norm
+        _pose(y, coef, length, pose, general, axial, exact, load)
+        for row in range(5):
+            for lane in range(min(WIDTH, n - block)):
+                out[ORIGIN_X + row, block + lane] = pose[row * WIDTH + lane]
 
 
 @kernel

@@ -1,7 +1,8 @@
 """Rows of the parameter array (row, sample): every physical scalar of a sample stands in the sample's own column.
 
-LOAD_ENERGY (J) is not a scalar of the scene but the size of its potential energy's variation: the scale of energy errors
-where the body hardly moves.
+The last rows are no scalars of the scene. LOAD_ENERGY (J) is the size of its potential energy's variation: the scale of energy
+errors where the body hardly moves. COS_MEAN to SIN_HALF belong to half the sum and half the difference of the start angles:
+where these do not vary, a cosine a sample would cost more than two steps of its motion save.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from __future__ import annotations
     ALPHA, BETA, ALPHA_RATE, BETA_RATE, SPIN, SPIN_RATE,
     BEARING_RADIUS, JOURNAL_RADIUS,
     LOAD_ENERGY,
-) = range(33)  # fmt: skip
+    COS_MEAN, SIN_MEAN, COS_HALF, SIN_HALF,
+) = range(37)  # fmt: skip
 
-COUNT = 33
+COUNT = 37

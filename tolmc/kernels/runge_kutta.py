@@ -22,15 +22,15 @@ class Tableau:
     ``samples`` are the rows at which a step is looked at for extrema, at ``positions`` in it: well apart, in order, the first
     at 0 and the last at 1. Rows up to ``stages - 1`` are the stages, whose values come for nothing; a method whose stages
     are too crude for that (an error of the size of the curvature that is sought) adds row ``stages``, the midpoint by the
-    continuous extension ``midpoint``, and row ``stages + 1``, the end.
+    continuous extension ``midpoint``, and row ``stages + 1``, the end. A method of the motion alone has none.
     """
 
     name: str
     order: int
     rows: tuple[dict[int, float], ...]
     weights: dict[int, float]
-    samples: tuple[int, ...]
-    positions: tuple[float, ...]
+    samples: tuple[int, ...] = ()
+    positions: tuple[float, ...] = ()
     midpoint: dict[int, float] | None = None
 
     @property
@@ -105,22 +105,74 @@ DORMAND_PRINCE = Tableau(
     positions=(0.0, 0.25, 0.6, 6 / 7, 1.0),
 )  # fmt: skip
 
+# The same for the motion alone: at equal error three quarters of the steps, but its stages are too crude to look for extrema
+# of the contact forces at. studies/rk8_formula.py derives the coefficients from eight free numbers and measures what they gain.
+MOTION_ALONE = Tableau(
+    name="rk8, motion alone",
+    order=8,
+    rows=(
+        {},
+        {0: 0.03},
+        {0: -0.08159907772130247, 1: 0.18773017953441265},
+        {0: 0.039799163179916316, 2: 0.11939748953974895},
+        {0: 0.36215645570057503, 2: -1.345262536256477, 3: 1.372106080555902},
+        {0: 0.04878608899199532, 3: 0.23441874115261735, 4: 0.18079516985538732},
+        {0: 0.06149196863157357, 3: 0.11418817498185871, 4: -0.038532402598622145, 5: 0.019604089599126923},
+        {
+            0: -1.386021222939274, 3: -10.243450776155766, 4: -10.38843118933145, 5: 8.295274418969479,
+            6: 14.704628769457011,
+        },
+        {
+            0: -0.42850979526375294, 3: -8.671725308666845, 4: -3.5648897438779716, 5: 3.2517230196877183,
+            6: 10.248881048508409, 7: 0.0065207796124416755,
+        },
+        {
+            0: -0.9120459845637877, 3: -14.462724081174718, 4: -7.010700623671484, 5: 5.91394355329423,
+            6: 17.4239421240831, 7: 0.021989944414142308, 8: -0.08040493238148223,
+        },
+        {
+            0: -1.3759038664801562, 3: -12.538484967457295, 4: -10.295245847406875, 5: 8.267066236465595,
+            6: 16.93457419717438, 7: 0.035265045620160904, 8: 0.04786441578095319, 9: -0.10513521369676525,
+        },
+        {
+            0: -0.4019546841389937, 3: 4.0772213212524635, 4: -3.336124474320975, 5: 2.8132096291729862,
+            6: -2.408, 7: -0.5114095177745573, 8: -0.1530788080818121, 9: 0.5346626455572343,
+            10: 0.3854738883336541,
+        },
+    ),
+    weights={
+        0: 0.04504997435214567, 5: 0.3455227076231393, 6: 0.24922014490524766, 7: -1.29647968697765,
+        8: 0.8725605365626694, 9: -0.9819809624927769, 10: 1.6385825003100836, 11: 0.12752478571714132,
+    },
+)  # fmt: skip
+
 TABLEAUX = {"rk4": CLASSICAL, "rk8": DORMAND_PRINCE}
 
 
-def _weighted_sum(row: dict[int, float]):
-    """Device function out = y + sum_j row[j] k_j over flat (state, lane) arrays; the k_j hold h f."""
-    columns = np.array(sorted(row))
-    values = np.array([row[j] for j in sorted(row)])
+def _weighted_sum_at(row: dict[int, float]):
+    """Device function y[m] + sum_j row[j] k_j[m] of an element m of flat (state, lane) arrays; the k_j hold h f."""
+    columns = np.array(sorted(row), dtype=np.int64)
+    values = np.array([row[j] for j in sorted(row)], dtype=float)
     terms = len(columns)
+
+    @inlined
+    def weighted_sum_at(y, k, size, m):
+        total = y[m]
+        for t in range(terms):
+            total += values[t] * k[columns[t] * size + m]
+        return total
+
+    return weighted_sum_at
+
+
+def _weighted_sum(row: dict[int, float]):
+    """Device function that writes the sums of all elements to ``out``."""
+    weighted_sum_at = _weighted_sum_at(row)
 
     @inlined
     def weighted_sum(y, k, out, size):
         for m in range(size):
-            total = y[m]
-            for t in range(terms):
-                total += values[t] * k[columns[t] * size + m]
-            out[m] = total
+            out[m] = weighted_sum_at(y, k, size, m)
 
     return weighted_sum
 
@@ -129,6 +181,10 @@ _4_1, _4_2, _4_3 = (_weighted_sum(row) for row in CLASSICAL.rows[1:])
 _8_1, _8_2, _8_3, _8_4, _8_5, _8_6, _8_7, _8_8, _8_9, _8_10, _8_11 = (
     _weighted_sum(row) for row in DORMAND_PRINCE.rows[1:]
 )
+
+#: Element by element for the motion alone: the arguments of the stages, and the step's end.
+MOTION_ARGUMENTS = tuple(_weighted_sum_at(row) for row in MOTION_ALONE.rows)
+motion_end = _weighted_sum_at(MOTION_ALONE.weights)
 
 #: The step's end, and its midpoint, from the start y and all stages.
 step_end_rk4, step_end_rk8 = _weighted_sum(CLASSICAL.weights), _weighted_sum(DORMAND_PRINCE.weights)

@@ -21,8 +21,7 @@ prepare = slope_symmetric.prepare
 @device
 def start(raw, i, y, coef, lane, width):
     """State at t = 0 from the polar angles and their rates."""
-    delta = 0.5 * (raw[P.ALPHA, i] - raw[P.BETA, i])
-    cos_d, sin_d = math.cos(delta), math.sin(delta)
+    cos_d, sin_d = raw[P.COS_HALF, i], raw[P.SIN_HALF, i]
     y[lane], y[width + lane] = cos_d, sin_d
     y[2 * width + lane], y[3 * width + lane] = slope_symmetric.momenta(raw, i, cos_d, sin_d, coef, lane, width)
 

@@ -74,12 +74,9 @@ def prepare(raw, i, coef, lane, width):
 @device
 def start(raw, i, y, coef, lane, width):
     """State at t = 0 from the polar angles and their rates."""
-    sigma = 0.5 * (raw[P.ALPHA, i] + raw[P.BETA, i])
-    delta = 0.5 * (raw[P.ALPHA, i] - raw[P.BETA, i])
+    cos_m, sin_m, cos_d, sin_d = raw[P.COS_MEAN, i], raw[P.SIN_MEAN, i], raw[P.COS_HALF, i], raw[P.SIN_HALF, i]
     cos_t, sin_t = coef[_COS * width + lane], coef[_SIN * width + lane]
-    cos_s = math.cos(sigma) * cos_t + math.sin(sigma) * sin_t
-    sin_s = math.sin(sigma) * cos_t - math.cos(sigma) * sin_t
-    cos_d, sin_d = math.cos(delta), math.sin(delta)
+    cos_s, sin_s = cos_m * cos_t + sin_m * sin_t, sin_m * cos_t - cos_m * sin_t
     y[lane], y[width + lane] = cos_d * cos_s, cos_d * sin_s
     y[2 * width + lane], y[3 * width + lane] = -sin_d * sin_s, sin_d * cos_s
     y[4 * width + lane], y[5 * width + lane] = momenta(raw, i, cos_d, sin_d, coef, lane, width)
