@@ -303,7 +303,8 @@ def _integrate(
     """Results (ensemble.RESULTS, n) of the columns of ``raw``; lanes that ask for it are run again as they ask."""
     n = raw.shape[1]
     out = np.empty((ensemble.RESULTS, n)) if out is None else out
-    features = plan.features
+    features, rk4 = plan.features, plan.method == "rk4"
+    alone = not (features.general or features.exact or rk4 or forces)
     force, at, ignore = np.full(n, -1), np.zeros(n), np.full(n, -1)
     lanes: slice | np.ndarray = slice(None)
     for attempt in range(_ATTEMPTS):
@@ -313,8 +314,7 @@ def _integrate(
         ensemble.integrate(
             np.ascontiguousarray(raw[:, lanes]), plan.steps, duration, on_loss, project_energy,
             force[lanes], at[lanes], ignore[lanes], part,
-            *features.model, 1 if plan.method == "rk4" else None, 1 if features.load else None, 1 if forces else None,
-            1 if features.momentum else None,
+            *features.model, *(1 if flag else None for flag in (rk4, features.load, forces, features.momentum, alone)),
         )  # fmt: skip
         if part is not out:
             out[:, lanes] = part

@@ -18,7 +18,7 @@ import numpy as np
 
 from tolmc.kernels import models
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device, kernel, routine
+from tolmc.kernels.jit import device, inlined, kernel, routine
 from tolmc.kernels.runge_kutta import (
     CLASSICAL,
     DORMAND_PRINCE,
@@ -188,7 +188,7 @@ def _observe_samples(y, coef, samples, row, general, axial, exact, load):
         samples[row + 2 * WIDTH + lane] = w2
 
 
-@device
+@inlined
 def _integrate_step(samples, h, sums, lane, general, rk4):
     """Increments of the integrals over one lane's step, by the method's weights."""
     d, d2, e, e2, work = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -560,6 +560,7 @@ def integrate(
     load,
     forces,
     momentum,
+    alone,
 ):
     """Integrate every column of ``raw`` over ``duration`` (s) in ``steps`` equal steps and write its results to ``out``.
 
@@ -576,6 +577,9 @@ def integrate(
     general, axial, exact, rk4, load, forces, momentum : None or 1
         The equations of motion (:mod:`models`); rk4 instead of rk8; whether there is any load; whether contact forces,
         largest tilt and loss of contact are wanted; whether the angular momentum about Z is conserved.
+    alone : None or 1
+        Whether that is a symmetric body's motion alone (all but ``axial``, ``load`` and ``momentum`` None). Not told from the
+        others: of what is present Numba compiles both branches.
     """
     n = raw.shape[1]
     n_state, n_coef = models.sizes(general, axial, exact)
@@ -644,7 +648,7 @@ def integrate(
                     states[place * n_state * WIDTH + m] = y[m]
 
         for step in range(steps):
-            if forces is None and general is None and exact is None and rk4 is None:
+            if alone is not None:
                 _motion_step(y, end, coef, h, k, argument, error, axial, load)
             else:
                 _step(

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tolmc.kernels.jit import device, inlined
+from tolmc.kernels.jit import inlined
 
 RK4, RK8 = 0, 1  # codes of the methods inside kernels
 
@@ -149,10 +149,30 @@ MOTION_ALONE = Tableau(
 TABLEAUX = {"rk4": CLASSICAL, "rk8": DORMAND_PRINCE}
 
 
+def _terms(row: dict[int, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Columns and values of a tableau's row."""
+    return np.array(sorted(row), dtype=np.int64), np.array([row[j] for j in sorted(row)], dtype=float)
+
+
+def _weighted_sum(row: dict[int, float]):
+    """Device function out = y + sum_j row[j] k_j over flat (state, lane) arrays; the k_j hold h f."""
+    columns, values = _terms(row)
+    terms = len(columns)
+
+    @inlined
+    def weighted_sum(y, k, out, size):
+        for m in range(size):
+            total = y[m]
+            for t in range(terms):
+                total += values[t] * k[columns[t] * size + m]
+            out[m] = total
+
+    return weighted_sum
+
+
 def _weighted_sum_at(row: dict[int, float]):
-    """Device function y[m] + sum_j row[j] k_j[m] of an element m of flat (state, lane) arrays; the k_j hold h f."""
-    columns = np.array(sorted(row), dtype=np.int64)
-    values = np.array([row[j] for j in sorted(row)], dtype=float)
+    """Device function of the sum's element m alone."""
+    columns, values = _terms(row)
     terms = len(columns)
 
     @inlined
@@ -163,18 +183,6 @@ def _weighted_sum_at(row: dict[int, float]):
         return total
 
     return weighted_sum_at
-
-
-def _weighted_sum(row: dict[int, float]):
-    """Device function that writes the sums of all elements to ``out``."""
-    weighted_sum_at = _weighted_sum_at(row)
-
-    @inlined
-    def weighted_sum(y, k, out, size):
-        for m in range(size):
-            out[m] = weighted_sum_at(y, k, size, m)
-
-    return weighted_sum
 
 
 _4_1, _4_2, _4_3 = (_weighted_sum(row) for row in CLASSICAL.rows[1:])
@@ -191,7 +199,7 @@ step_end_rk4, step_end_rk8 = _weighted_sum(CLASSICAL.weights), _weighted_sum(DOR
 midpoint_rk4 = _weighted_sum(CLASSICAL.midpoint)
 
 
-@device
+@inlined
 def stage_argument_rk4(stage, y, k, out, size):
     """Argument of stage ``stage`` of rk4."""
     if stage == 0:
@@ -205,7 +213,7 @@ def stage_argument_rk4(stage, y, k, out, size):
         _4_3(y, k, out, size)
 
 
-@device
+@inlined
 def stage_argument_rk8(stage, y, k, out, size):
     """Argument of stage ``stage`` of rk8."""
     if stage == 0:
