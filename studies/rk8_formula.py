@@ -1,6 +1,6 @@
 """Where the coefficients of tolmc's formula of order 8 for motions alone come from, and what they gain.
 
-    python studies/rk8_formula.py [--search SECONDS] [--quick]
+    python studies/rk8_formula.py [--search GENERATIONS] [--quick]
 
 Twelve stages of the sparsity of Dormand and Prince's, within the simplifying conditions of Hairer, Norsett & Wanner, Solving
 Ordinary Differential Equations I, section II.5 (stages counted from 1; a . c^m stands for sum_j a_j c_j^m):
@@ -16,22 +16,25 @@ makes the equations agree. So there are eight free numbers. FREE holds them, to 
 ones: least error on random motions of the joint at equal steps, coefficients and nodes kept within bounds.
 
 Prints the derived coefficients' distance from those in tolmc, what is left of the 200 order conditions, and the steps that
-equal errors take against the formula of DOP853: on the motions of the search, on others, and on the paper's joint.
+equal errors take against the formula of DOP853: on the motions of the search, on others, and on the paper's joint. Writes
+figures/rk8_formula.png.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
+import matplotlib
 import mpmath as mp
 import numba
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 from scipy.integrate._ivp import dop853_coefficients as dop853
 from scipy.optimize import differential_evolution
-from study_tools import arguments, paper_joint, show
+from study_tools import BLUE, GREY, ORANGE, STYLE, arguments, paper_joint, save, show
 
 from tolmc import geometry
 from tolmc.kernels import parameters as P
@@ -212,49 +215,55 @@ def _states(raw, duration, steps, a, b, states):
         states[step] = y
 
 
-@dataclass(frozen=True)
-class Case:
-    """A motion (column of parameters), its duration, the number of steps to judge at, and the exact states there."""
-
-    raw: np.ndarray
-    duration: float
-    steps: int
-    exact: np.ndarray
-
-    def error(self, a, b) -> float:
-        """Root mean square over the steps of the state's error."""
-        states = np.empty((self.steps, slope.STATE))
-        _states(self.raw, self.duration, self.steps, a, b, states)
-        return float(np.linalg.norm(states - self.exact) / np.sqrt(self.steps))
-
-
 _FINEST = 2400
 _STEPS = [n for n in range(6, 401) if _FINEST % n == 0]
 DOP853 = np.ascontiguousarray(dop853.A[:STAGES, :STAGES]), np.ascontiguousarray(dop853.B)
 
 
-def cases(raw: np.ndarray, duration: float, errors: Sequence[float]) -> list[Case]:
-    """Cases of one motion: the steps at which DOP853's formula errs by less than each of ``errors``; none if it can't."""
-    alpha, beta = raw[P.ALPHA, 0], raw[P.BETA, 0]
-    for half, cos, sin in (
-        (0.5 * (alpha + beta), P.COS_MEAN, P.SIN_MEAN),
-        (0.5 * (alpha - beta), P.COS_HALF, P.SIN_HALF),
-    ):
-        raw[cos], raw[sin] = np.cos(half), np.sin(half)
-    finest = np.empty((_FINEST, slope.STATE))
-    _states(raw, duration, _FINEST, *DOP853, finest)
+class ExactMotion:
+    """A motion (column of parameters) over a duration, and its states at the ends of 2,400 steps."""
+
+    def __init__(self, raw: np.ndarray, duration: float) -> None:
+        self.raw, self.duration = raw, duration
+        mean, half = 0.5 * (raw[P.ALPHA] + raw[P.BETA]), 0.5 * (raw[P.ALPHA] - raw[P.BETA])
+        raw[P.COS_MEAN], raw[P.SIN_MEAN], raw[P.COS_HALF], raw[P.SIN_HALF] = (
+            np.cos(mean), np.sin(mean), np.cos(half), np.sin(half),
+        )  # fmt: skip
+        self.states = np.empty((_FINEST, slope.STATE))
+        _states(raw, duration, _FINEST, *DOP853, self.states)
+
+    def error(self, steps: int, a, b) -> float:
+        """Root mean square over the steps of the state's error."""
+        states = np.empty((steps, slope.STATE))
+        _states(self.raw, self.duration, steps, a, b, states)
+        every = _FINEST // steps
+        with np.errstate(over="ignore"):  # a motion that explodes at coarse steps
+            return float(np.linalg.norm(states - self.states[every - 1 :: every]) / np.sqrt(steps))
+
+
+@dataclass(frozen=True)
+class Case:
+    """A motion and the number of steps to judge at."""
+
+    motion: ExactMotion
+    steps: int
+
+    def error(self, a, b) -> float:
+        return self.motion.error(self.steps, a, b)
+
+
+def cases(motions: Sequence[ExactMotion]) -> list[Case]:
+    """Each motion at the steps at which DOP853's formula errs by less than 1e-7, 1e-8 and 1e-10, as far as it can."""
     found = []
-    for error in errors:
-        for steps in _STEPS:
-            case = Case(raw, duration, steps, finest[_FINEST // steps - 1 :: _FINEST // steps])
-            if case.error(*DOP853) < error:
-                found.append(case)
-                break
+    for motion in motions:
+        errors = [motion.error(steps, *DOP853) for steps in _STEPS]
+        for target in (1e-7, 1e-8, 1e-10):
+            found += [Case(motion, n) for n, error in zip(_STEPS, errors, strict=True) if error < target][:1]
     return found
 
 
-def random_motions(count: int, seed: int) -> list[np.ndarray]:
-    """Parameters of joints with r = m = 1: clearances, inertias, centres of mass, spins, loads and starts of all kinds."""
+def random_motions(count: int, seed: int) -> list[ExactMotion]:
+    """Some ten radians of joints with r = m = 1: clearances, inertias, centres of mass, spins, loads, starts of all kinds."""
     rng = np.random.default_rng(seed)
     motions = []
     for _ in range(count):
@@ -271,17 +280,12 @@ def random_motions(count: int, seed: int) -> list[np.ndarray]:
         mean_rate, half_rate = rng.uniform(-2, 2), rng.uniform(-1, 1)
         raw[[P.ALPHA, P.BETA], 0] = mean + half, mean - half
         raw[[P.ALPHA_RATE, P.BETA_RATE], 0] = mean_rate + half_rate, mean_rate - half_rate
-        motions.append(raw)
+        motions.append(ExactMotion(raw, 6.0))
     return motions
 
 
-def random_cases(count: int, seed: int) -> list[Case]:
-    """Cases of random motions of some ten radians, at errors from 1e-7 to 1e-10."""
-    return [case for raw in random_motions(count, seed) for case in cases(raw, 6.0, (1e-7, 1e-8, 1e-10))]
-
-
-def paper_cases() -> list[Case]:
-    """Cases of the paper's joint."""
+def paper_motion() -> ExactMotion:
+    """The paper's joint."""
     scene = paper_joint()
     joint, body, motion = scene.joint, scene.body, scene.motion
     raw = np.zeros((P.COUNT, 1))
@@ -292,7 +296,7 @@ def paper_cases() -> list[Case]:
     raw[[P.ALPHA, P.BETA, P.ALPHA_RATE, P.BETA_RATE, P.SPIN_RATE], 0] = (
         motion.alpha, motion.beta, motion.alpha_rate, motion.beta_rate, motion.spin_rate,
     )  # fmt: skip
-    return cases(raw, scene.duration, (1e-7, 1e-8, 1e-10))
+    return ExactMotion(raw, scene.duration)
 
 
 def step_ratio(a, b, motions: Sequence[Case]) -> float:
@@ -318,6 +322,23 @@ def search(motions: Sequence[Case], generations: int) -> np.ndarray:
 
     bounds = list(zip(start - width, start + width, strict=True))
     return differential_evolution(cost, bounds, x0=start, maxiter=generations, seed=1, tol=0, polish=False).x
+
+
+def draw(motions: Mapping[str, Sequence[ExactMotion]], formulas: Mapping[str, tuple]) -> Figure:
+    """Error against steps, geometric mean over each group of motions."""
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(11, 4.6), layout="constrained")
+        for ax, (title, group) in zip(figure.subplots(1, len(motions)), motions.items(), strict=True):
+            for (name, coefficients), colour in zip(formulas.items(), (GREY, BLUE, ORANGE), strict=False):
+                errors = np.array([[motion.error(steps, *coefficients) for steps in _STEPS] for motion in group])
+                mean = np.exp(np.log(np.maximum(errors, 1e-16)).mean(axis=0))
+                shown = (mean > 1e-13) & (mean < 1e-2)
+                ax.loglog(np.array(_STEPS)[shown], mean[shown], marker="o", markersize=4, color=colour, label=name)
+            ax.set(title=title, xlabel="steps of the motion", ylabel="error of the state, root mean square")
+            ax.set_xticks([10, 20, 50, 100, 200], labels=["10", "20", "50", "100", "200"])
+            ax.minorticks_off()
+            ax.legend()
+    return figure
 
 
 def arrays(coefficients) -> tuple[np.ndarray, np.ndarray]:
@@ -347,12 +368,13 @@ def main() -> None:
     distance = max(np.abs(a - own.matrix).max(), np.abs(b - own.b).max())
     print(f"Distance from the coefficients in tolmc: {distance:.1e}")
     count = 20 if options.quick else 150
+    searched, others, paper = random_motions(count, 1), random_motions(count, 2), [paper_motion()]
     motions = {
-        "random motions of the search": random_cases(count, 1),
-        "other random motions": random_cases(count, 2),
-        "the paper's joint": paper_cases(),
+        "random motions of the search": cases(searched),
+        "other random motions": cases(others),
+        "the paper's joint": cases(paper),
     }
-    formulas = {"tolmc": (own.matrix, own.b)}
+    formulas = {"DOP853": DOP853, "tolmc": (own.matrix, own.b)}
     if options.search:
         free = search(motions["random motions of the search"], options.search)
         print(f"Found: {', '.join(f'{number:.3f}' for number in free)}")
@@ -365,10 +387,12 @@ def main() -> None:
                 "largest |a|": np.abs(coefficients[0]).max(),
                 "largest |b|": np.abs(coefficients[1]).max(),
             }
-            for name, coefficients in {"DOP853": DOP853, **formulas}.items()
+            for name, coefficients in formulas.items()
         ]
     )
     show("Steps at equal error, relative to the formula of DOP853", table, {name: ".3f" for name in table})
+    groups = {"Random motions, others than the search's": others, "The paper's joint": paper}
+    save(draw(groups, formulas), options.figures / "rk8_formula.png")
 
 
 if __name__ == "__main__":

@@ -290,7 +290,7 @@ def main() -> None:
     """Measure, print the tables, write the figure."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--processes", type=int, default=4, help="processes that measure in turn (default 4)")
-    parser.add_argument("--rounds", type=int, default=4, help="times that each times every setting (default 4)")
+    parser.add_argument("--rounds", type=int, default=2, help="times that each times every setting (default 2)")
     options = parser.parse_args()
     results, agreement, rate = measure_in_processes(options.processes, options.rounds)
     print(machine())
