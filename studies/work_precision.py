@@ -4,7 +4,7 @@
 
 Every setting of every method is prepared and run once beforehand (compilation, warm caches); then all are timed in turn,
 round after round. That is done in several processes one after another, and the best time of each setting counts: heyoka's
-speed differs by 30 % from one process to the next. Errors are the largest over the first samples against DOP853 at
+speed differs by up to 45 % from one process to the next. Errors are the largest over the first samples against DOP853 at
 rounding level: of origin/r and axis at the end, and, relative to their own size, of the maxima and means over time of the
 contact forces. Times at a given error are interpolated along each method's fastest settings, log against log.
 Prints the tables and writes figures/work_precision.csv and figures/work_precision.png.
@@ -128,10 +128,9 @@ def tolmc_settings(scene: Scene, samples: Samples) -> Iterable[Setting]:
 
 
 def peer_settings(scene: Scene, samples: Samples) -> Iterable[Setting]:
-    """The peers that are installed; the others are named."""
+    """The peers that are installed."""
     for peer in PEERS:
         if peer.version is None:
-            print(f"{peer.name}: skipped, package {peer.package} is not installed (pip install '.[benchmark]')")
             continue
         for tolerance in peer.tolerances:
             for statistics in (False, True)[: 1 + peer.statistics]:
@@ -292,6 +291,9 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=4, help="processes that measure in turn (default 4)")
     parser.add_argument("--rounds", type=int, default=2, help="times that each times every setting (default 2)")
     options = parser.parse_args()
+    for peer in PEERS:
+        if peer.version is None:
+            print(f"{peer.name}: skipped, package {peer.package} is not installed (pip install '.[benchmark]')")
     results, agreement, rate = measure_in_processes(options.processes, options.rounds)
     print(machine())
     print(*machine_share(results, rate), sep="\n")

@@ -86,7 +86,7 @@ def _no():
 def _motion_stage(stage, argument_at):
     """Device function of one stage of rk8 for the motion alone, argument and right-hand side in one loop over the lanes.
 
-    Sums wait for memory, right-hand sides for arithmetic; in one loop they overlap, which a tenth of a step is gained by.
+    Sums wait for memory, right-hand sides for arithmetic; in one loop they overlap, and a step takes a tenth less.
     """
 
     @device
@@ -851,7 +851,7 @@ def integrate(
 def trace(raw, steps, duration, project_energy, states, coef, general, axial, exact, rk4, load, forces):
     """States of the motion of column 0 of ``raw`` at the ends of all steps, ``states`` (steps + 1, state).
 
-    The block's lanes all carry the same motion, so that a trajectory is bitwise what a sample of an ensemble is.
+    The block's lanes all carry the same motion, so that a trajectory is bitwise what a sample with contact forces is.
     """
     n_state, _ = models.sizes(general, axial, exact)
     if rk4 is None:

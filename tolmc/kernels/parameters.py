@@ -1,8 +1,8 @@
 """Rows of the parameter array (row, sample): every physical scalar of a sample stands in the sample's own column.
 
 The last rows are no scalars of the scene. LOAD_ENERGY (J) is the size of its potential energy's variation: the scale of energy
-errors where the body hardly moves. COS_MEAN to SIN_HALF belong to half the sum and half the difference of the start angles:
-where these do not vary, a cosine a sample would cost more than two steps of its motion save.
+errors where the body hardly moves. COS_MEAN to SIN_HALF belong to half the sum and half the difference of the start angles, for
+the symmetric slope forms: taken once for a scene whose angles do not vary, they save each motion half a step's time.
 """
 
 from __future__ import annotations
