@@ -34,7 +34,7 @@ def step_instructions(present):
 
     The step is compiled afresh with the flags ``present``: Numba shows no code that comes from its cache.
     """
-    motion_alone = not {"general", "exact", "rk4", "forces"} & set(present)
+    motion_alone = not {"general", "rk4", "forces"} & set(present)
     step = (ensemble._motion_step if motion_alone else ensemble._step).py_func
     types = [
         (nb.int64 if name in present else nb.none) if name in FLAGS else nb.float64[::1]
@@ -61,6 +61,7 @@ def step_instructions(present):
         ("load",),
         pytest.param((), marks=pytest.mark.slow),
         pytest.param(("axial", "load"), marks=pytest.mark.slow),
+        pytest.param(("exact", "load"), marks=pytest.mark.slow),
         pytest.param(("general", "load"), marks=pytest.mark.slow),
         pytest.param(("axial", "load", "forces"), marks=pytest.mark.slow),
         pytest.param(("exact", "load", "forces"), marks=pytest.mark.slow),

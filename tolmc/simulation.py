@@ -306,7 +306,7 @@ def _integrate(
     out = np.empty((ensemble.RESULTS, n)) if out is None else out
     features, rk4 = plan.features, plan.method == "rk4"
     # The published forms' pilot must not take its steps from a formula that they don't have.
-    alone = plan.formulation == "slope" and not (features.general or features.exact or rk4 or forces)
+    alone = plan.formulation == "slope" and not (features.general or rk4 or forces)
     force, at, ignore = np.full(n, -1), np.zeros(n), np.full(n, -1)
     lanes: slice | np.ndarray = slice(None)
     for attempt in range(_ATTEMPTS):
@@ -803,7 +803,7 @@ def simulate_many(
     step : float, s
         Fixed step; None: chosen by a pilot on the nominal and the corner dimensions (:func:`plan_integration`).
     method : {"rk8", "rk4", "auto"}
-        A symmetric body on the circle whose contact forces nobody asks for has a formula of order 8 with fewer steps.
+        A symmetric body whose contact forces nobody asks for has a formula of order 8 that takes fewer steps.
     formulation : {"slope", "published", "published-regular"}
     outputs : names in :data:`OUTPUTS`, :data:`INVARIANT_OUTPUTS` or :data:`END_OUTPUTS`
         None: all that the scene has (:func:`scene_outputs`). What is not asked for is not computed; geometry alone

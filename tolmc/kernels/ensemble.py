@@ -90,13 +90,13 @@ def _motion_stage(stage, argument_at):
     """
 
     @device
-    def motion_stage(y, k, argument, coef, h, axial, load):
-        n_state, _ = models.sizes(None, axial, None)
+    def motion_stage(y, k, argument, coef, h, axial, exact, load):
+        n_state, _ = models.sizes(None, axial, exact)
         size = n_state * WIDTH
         for lane in range(WIDTH):
             for c in range(n_state):
                 argument[c * WIDTH + lane] = argument_at(y, k, size, c * WIDTH + lane)
-            models.advance(argument, coef, h[lane], k, stage * size, lane, WIDTH, None, axial, None, load)
+            models.advance(argument, coef, h[lane], k, stage * size, lane, WIDTH, None, axial, exact, load)
 
     return motion_stage
 
@@ -107,25 +107,25 @@ _M0, _M1, _M2, _M3, _M4, _M5, _M6, _M7, _M8, _M9, _M10, _M11 = (
 
 
 @routine
-def _motion_step(y, end, coef, h, k, argument, error, axial, load):
+def _motion_step(y, end, coef, h, k, argument, error, axial, exact, load):
     """:func:`_step` of rk8 for a symmetric body's motion alone: its right-hand side is short enough to compile twelve times."""
-    _M0(y, k, argument, coef, h, axial, load)
-    _M1(y, k, argument, coef, h, axial, load)
-    _M2(y, k, argument, coef, h, axial, load)
-    _M3(y, k, argument, coef, h, axial, load)
-    _M4(y, k, argument, coef, h, axial, load)
-    _M5(y, k, argument, coef, h, axial, load)
-    _M6(y, k, argument, coef, h, axial, load)
-    _M7(y, k, argument, coef, h, axial, load)
-    _M8(y, k, argument, coef, h, axial, load)
-    _M9(y, k, argument, coef, h, axial, load)
-    _M10(y, k, argument, coef, h, axial, load)
-    _M11(y, k, argument, coef, h, axial, load)
-    n_state, _ = models.sizes(None, axial, None)
+    _M0(y, k, argument, coef, h, axial, exact, load)
+    _M1(y, k, argument, coef, h, axial, exact, load)
+    _M2(y, k, argument, coef, h, axial, exact, load)
+    _M3(y, k, argument, coef, h, axial, exact, load)
+    _M4(y, k, argument, coef, h, axial, exact, load)
+    _M5(y, k, argument, coef, h, axial, exact, load)
+    _M6(y, k, argument, coef, h, axial, exact, load)
+    _M7(y, k, argument, coef, h, axial, exact, load)
+    _M8(y, k, argument, coef, h, axial, exact, load)
+    _M9(y, k, argument, coef, h, axial, exact, load)
+    _M10(y, k, argument, coef, h, axial, exact, load)
+    _M11(y, k, argument, coef, h, axial, exact, load)
+    n_state, _ = models.sizes(None, axial, exact)
     for lane in range(WIDTH):
         for c in range(n_state):
             end[c * WIDTH + lane] = motion_end(y, k, n_state * WIDTH, c * WIDTH + lane)
-        error[lane] = models.project(end, coef, lane, WIDTH, None, axial, None)
+        error[lane] = models.project(end, coef, lane, WIDTH, None, axial, exact)
 
 
 @routine
@@ -578,7 +578,7 @@ def integrate(
         The equations of motion (:mod:`models`); rk4 instead of rk8; whether there is any load; whether contact forces,
         largest tilt and loss of contact are wanted; whether the angular momentum about Z is conserved.
     alone : None or 1
-        Whether that is a symmetric body's motion alone (all but ``axial``, ``load`` and ``momentum`` None). Not told from the
+        Whether that is a symmetric body's motion alone (``general``, ``rk4`` and ``forces`` None). Not told from the
         others: of what is present Numba compiles both branches.
     """
     n = raw.shape[1]
@@ -649,7 +649,7 @@ def integrate(
 
         for step in range(steps):
             if alone is not None:
-                _motion_step(y, end, coef, h, k, argument, error, axial, load)
+                _motion_step(y, end, coef, h, k, argument, error, axial, exact, load)
             else:
                 _step(
                     y, end, coef, h, k, argument, samples, sums, error, _yes(), general, axial, exact, rk4, load, forces,
