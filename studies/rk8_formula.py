@@ -143,7 +143,7 @@ def formula(free: Sequence, c7, steps: int = 12):
     for _ in range(steps):
         a, b, gap = _complete(free, now)
         if gap == gap_before:
-            return a, b
+            break
         before, gap_before, now = now, gap, now - gap * (now - before) / (gap - gap_before)
         if not abs(now - c7) < 0.1:
             break
@@ -179,7 +179,7 @@ def _density(tree: tuple) -> int:
 
 
 def residuals(a: np.ndarray, b: np.ndarray, order: int) -> np.ndarray:
-    """What is left of the conditions b . Phi(t) = 1/gamma(t) of all trees t up to ``order`` (Butcher)."""
+    """What is left of the conditions gamma(t) b . Phi(t) = 1 of all trees t up to ``order`` (Butcher)."""
 
     @cache
     def stages(tree):
@@ -188,7 +188,7 @@ def residuals(a: np.ndarray, b: np.ndarray, order: int) -> np.ndarray:
             value = value * (a @ stages(branch))
         return value
 
-    return np.array([b @ stages(t) - b.sum() / _density(t) for n in range(1, order + 1) for t in trees(n)])
+    return np.array([_density(t) * (b @ stages(t)) - 1 for n in range(1, order + 1) for t in trees(n)])
 
 
 # --- Motions ---------------------------------------------------------------------------------------------------------
@@ -317,7 +317,7 @@ def search(motions: Sequence[Case], generations: int) -> np.ndarray:
             a, b = arrays(formula(free.tolist(), float(C7_NEAR)))
         except ValueError:
             return 10.0
-        excess = np.maximum(np.abs(a) - 15, 0).sum() + np.maximum(np.abs(b) - 3, 0).sum()
+        excess = np.maximum(np.abs(a) - 25, 0).sum() + np.maximum(np.abs(b) - 12, 0).sum()
         return step_ratio(a, b, motions) + 1e-3 * excess
 
     bounds = list(zip(start - width, start + width, strict=True))
