@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, NullLocator
 from study_tools import BLUE, GREY, STYLE, arguments, paper_joint, save, show
 
-from tolmc.simulation import simulate_many
+from tolmc.simulation.ensemble import simulate_many
 
 
 def seconds(samples: int, steps: int, workers: int, rounds: int) -> float:

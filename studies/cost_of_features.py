@@ -15,8 +15,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from study_tools import BLUE, GREY, ORANGE, STYLE, arguments, paper_joint, save, show
 
-from tolmc.mechanism import Body, Loads, Scene
-from tolmc.simulation import END_OUTPUTS, GEOMETRY_OUTPUTS, simulate_many
+from tolmc.mechanism.scene import Body, Loads, Scene
+from tolmc.simulation.ensemble import END_OUTPUTS, GEOMETRY_OUTPUTS, simulate_many
 
 STEPS = 64
 MOTION = ("energy_error",)

@@ -19,10 +19,11 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from study_tools import BLUE, GREY, ROOT, STYLE, arguments, save, show
 
-from tolmc import load_study, monte_carlo
-from tolmc.simulation import integrate_columns, scene_outputs
-from tolmc.study import Study
-from tolmc.tolerances import sample
+from tolmc import load_study
+from tolmc.runs import run as monte_carlo
+from tolmc.simulation.ensemble import integrate_columns, scene_outputs
+from tolmc.study.study import Study
+from tolmc.tolerances.dimension import sample
 
 STUDY = ROOT / "studies" / "paper_joint.toml"
 KERNELS, RUN, COMMAND = "kernels alone", "run, in a process that has run before", "command, in a new process"

@@ -24,7 +24,7 @@ from rich.progress import track
 from study_tools import ROOT, arguments, show
 
 from tolmc import cli
-from tolmc.simulation import FORMULATIONS, GEOMETRY_OUTPUTS, ON_CONTACT_LOSS, OUTPUTS, STATUSES, simulate_many
+from tolmc.simulation.ensemble import FORMULATIONS, GEOMETRY_OUTPUTS, ON_CONTACT_LOSS, OUTPUTS, STATUSES, simulate_many
 
 DIMENSIONS = ("bearing_radius", "journal_radius", "half_length")
 NUMBERS = [name for name in OUTPUTS if name != "contact_loss_time"]

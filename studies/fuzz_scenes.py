@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tolmc.mechanism import SCALARS, Body, Joint, Loads, Motion, Scene
+from tolmc.mechanism.scene import SCALARS, Body, Joint, Loads, Motion, Scene
 
 SYMMETRIC = Scene(
     Joint(0.02, 0.01, 0.02),

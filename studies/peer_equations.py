@@ -25,8 +25,8 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import register_jitable
 
-from tolmc import geometry
-from tolmc.mechanism import Scene
+from tolmc.mechanism import geometry
+from tolmc.mechanism.scene import Scene
 
 Samples = Mapping[str, np.ndarray]
 

@@ -24,7 +24,7 @@ from peer_equations import Coefficients, Samples
 from peer_statistics import force_statistics, lobatto_grid
 from scipy.integrate import solve_ivp
 
-from tolmc.mechanism import Scene
+from tolmc.mechanism.scene import Scene
 
 
 @dataclass(frozen=True)

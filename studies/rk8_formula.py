@@ -36,10 +36,10 @@ from scipy.integrate._ivp import dop853_coefficients as dop853
 from scipy.optimize import differential_evolution
 from study_tools import BLUE, GREY, ORANGE, STYLE, arguments, paper_joint, save, show
 
-from tolmc import geometry
 from tolmc.kernels import parameters as P
 from tolmc.kernels import slope_symmetric as slope
 from tolmc.kernels.runge_kutta import MOTION_ALONE
+from tolmc.mechanism import geometry
 
 #: c2, c5, c6, c8, c9, c10, c11 and a_12,7.
 FREE = ("0.030", "0.389", "0.464", "0.982", "0.842", "0.894", "0.970", "-2.408")

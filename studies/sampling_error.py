@@ -28,11 +28,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from tolmc.estimators import Answer, Question, corrected, importance, plain, sobol
-from tolmc.study import Study, load_study
-from tolmc.study_model import study_model
-from tolmc.surrogate import Model
-from tolmc.tolerances import sample
+from tolmc.analysis.estimators import Answer, Question, corrected, importance, plain, sobol
+from tolmc.analysis.surrogate import Model
+from tolmc.commands.model import study_model
+from tolmc.study.study import Study, load_study
+from tolmc.tolerances.dimension import sample
 
 ROOT = Path(__file__).parents[1]
 OUTPUT = "contact_force_D_max"

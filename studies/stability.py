@@ -34,8 +34,8 @@ from stability_drift import draw_drift, drift_table, long_runs
 from stability_scenes import Case, suite
 from study_tools import ROOT, STYLE, arguments, save, show
 
-from tolmc.mechanism import Joint, Scene
-from tolmc.simulation import Trajectory, simulate
+from tolmc.mechanism.scene import Joint, Scene
+from tolmc.simulation.ensemble import Trajectory, simulate
 
 sys.path.insert(0, str(ROOT / "tests"))
 from twins import slope_twin

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from study_tools import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, paper_joint
 
-from tolmc.mechanism import Loads, Scene
-from tolmc.simulation import Trajectory, simulate, simulate_many
+from tolmc.mechanism.scene import Loads, Scene
+from tolmc.simulation.ensemble import Trajectory, simulate, simulate_many
 
 #: Steps a second: what the default accuracy asks for, five times as many, and so many that only rounding is left.
 COARSE, FINE, FINEST = 80, 400, 1600

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from study_tools import paper_joint
 
-from tolmc.mechanism import Body, Joint, Loads, Motion, Scene
+from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
 
 GRAVITY, JOURNAL, MASS = 9.81, 0.01, 0.5
 

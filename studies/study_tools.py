@@ -14,7 +14,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from tolmc.mechanism import Body, Joint, Loads, Motion, Scene
+from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
 
 ROOT = Path(__file__).parents[1]
 

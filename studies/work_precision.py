@@ -33,8 +33,8 @@ from peer_equations import Samples, effective_radius
 from peers import PEERS, Motions, reference
 from threadpoolctl import threadpool_limits
 
-from tolmc.mechanism import Body, Joint, Loads, Motion, Scene
-from tolmc.simulation import END_OUTPUTS, OUTPUTS, simulate_many
+from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
+from tolmc.simulation.ensemble import END_OUTPUTS, OUTPUTS, simulate_many
 
 ROOT = Path(__file__).parents[1]
 TARGETS = (1e-6, 1e-7, 1e-8, 1e-10)

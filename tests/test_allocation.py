@@ -11,17 +11,18 @@ from rich.console import Console
 from scipy.stats import norm
 from small_study import GEOMETRY, write
 
-from tolmc import fits, tilt_angle
-from tolmc.allocation import Curve, Grades, Plan, _Inspection, _planned_yield, allocate, with_widths, zone
-from tolmc.allocation_tables import allocation_tables
+from tolmc import tilt_angle
+from tolmc.allocation.allocate import Curve, Grades, Plan, _Inspection, _planned_yield, allocate, with_widths, zone
+from tolmc.allocation.offers import offered_box
 from tolmc.cli import main
-from tolmc.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
+from tolmc.commands.allocate import _choice, allocate_study, read_plan
 from tolmc.errors import InputError
-from tolmc.intervals import binomial_interval
-from tolmc.study import StudyError, load_study
-from tolmc.study_allocation import _choice, allocate_study, read_plan
-from tolmc.tolerances import Dimension, Tolerances, sample
-from tolmc.zones import offered_box
+from tolmc.statistics.rows import binomial_interval
+from tolmc.study.study import StudyError, load_study
+from tolmc.terminal.allocation import allocation_tables
+from tolmc.tolerances import fits
+from tolmc.tolerances.dimension import Dimension, Tolerances, sample
+from tolmc.tolerances.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
 
 NAMES = ("alpha", "beta", "spin")
 SLOPES = np.array([3.0, 2.0, 1.0])

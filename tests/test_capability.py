@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from tolmc.capability import (
+from tolmc.statistics.capability import (
     ALL_REQUIREMENTS,
     Looks,
     capability,
@@ -15,8 +15,8 @@ from tolmc.capability import (
     tolerance_interval,
     wilks_sample_size,
 )
-from tolmc.intervals import Estimate, Observations, Rows, binomial_interval
-from tolmc.sampling import cube_points
+from tolmc.statistics.rows import Estimate, Observations, Rows, binomial_interval
+from tolmc.tolerances.unit_cube import cube_points
 
 
 def test_cpk_to_parts_per_million():

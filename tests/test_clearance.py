@@ -1,8 +1,8 @@
 import pytest
 from small_study import STUDIES, write
 
-from tolmc.clearance import interference_note, smallest_clearance
-from tolmc.study import load_study
+from tolmc.study.study import load_study
+from tolmc.tolerances.interference import interference_note, smallest_clearance
 
 
 def tolerances(folder, *changes):

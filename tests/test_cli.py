@@ -60,7 +60,7 @@ def test_tolerances_without_clearance_are_noted_before_the_run(tmp_path, monkeyp
     def stop(*arguments, **options):
         raise InputError("no work was begun")
 
-    monkeypatch.setattr("tolmc.monte_carlo.run", stop)
+    monkeypatch.setattr("tolmc.runs.run.run", stop)
     stopped = invoke("run", path)
     assert stopped.stderr.startswith("Note: ") and stopped.stderr.endswith("Error: no work was begun\n")
 

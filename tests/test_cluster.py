@@ -12,11 +12,11 @@ import pytest
 from small_study import GEOMETRY, write
 from test_monte_carlo import assert_bitwise_equal
 
-from tolmc import monte_carlo
 from tolmc.errors import ClusterError
-from tolmc.monte_carlo import resume, run
-from tolmc.study import load_study
-from tolmc.workers import crew
+from tolmc.runs import run as monte_carlo
+from tolmc.runs.crew import crew
+from tolmc.runs.run import resume, run
+from tolmc.study.study import load_study
 
 distributed = pytest.importorskip("dask.distributed")
 

@@ -3,7 +3,7 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 
-from tolmc.columns import Columns
+from tolmc.statistics.columns import Columns
 
 FRAME = pd.DataFrame({"a": [1.0, np.nan, 3.0], "status": pd.Categorical(["ok", "diverged", "ok"])})
 

@@ -5,12 +5,20 @@ from scipy import integrate
 from scipy.stats import norm, truncnorm
 
 from tolmc import tilt_angle
-from tolmc.cross_entropy import Proposal, find_tail, upper_quantile
-from tolmc.distributions import Normal, Uniform
-from tolmc.estimators import Question, accelerated_summary, accelerated_yield, corrected, importance, plain, sobol
-from tolmc.statistics import ALL_REQUIREMENTS
-from tolmc.surrogate import MotionsFailed
-from tolmc.tolerances import Dimension, Tolerances
+from tolmc.analysis.estimators import (
+    Question,
+    accelerated_summary,
+    accelerated_yield,
+    corrected,
+    importance,
+    plain,
+    sobol,
+)
+from tolmc.analysis.surrogate import MotionsFailed
+from tolmc.analysis.tail_search import Proposal, find_tail, upper_quantile
+from tolmc.statistics.summary import ALL_REQUIREMENTS
+from tolmc.tolerances.dimension import Dimension, Tolerances
+from tolmc.tolerances.distributions import Normal, Uniform
 
 NAMES = ("alpha", "beta", "spin")
 SLOPES = np.array([3.0, 2.0, 1.0])

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tolmc import fits
+from tolmc.tolerances import fits
 
 SIZES = st.floats(min_value=1.5, max_value=3150.0)
 CLEARANCE = ["a", "b", "c", "d", "e", "f", "g", "h"]

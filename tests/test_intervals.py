@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from tolmc.intervals import Observations, Rows, binomial_interval, signed_rank_interval
-from tolmc.order_statistics import OrderStatistics
-from tolmc.sampling import SCRAMBLINGS, cube_points
+from tolmc.statistics.order_statistics import OrderStatistics
+from tolmc.statistics.rows import Observations, Rows, binomial_interval, signed_rank_interval
+from tolmc.tolerances.unit_cube import SCRAMBLINGS, cube_points
 
 
 def test_random_mean_is_students_interval():

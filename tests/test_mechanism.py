@@ -10,7 +10,7 @@ from scenes import CYLINDER, LOADED, PAPER_JOINT, START, SYMMETRIC, UNBALANCED
 
 import tolmc
 from tolmc import Body, Joint, Loads, Motion, Scene
-from tolmc.mechanism import SCALARS
+from tolmc.mechanism.scene import SCALARS
 
 GRAVITY = (0.0, -9.81, 0.0)
 

@@ -8,13 +8,15 @@ from scenes import DIMENSIONS
 from small_study import GEOMETRY, write
 
 import tolmc
-from tolmc import monte_carlo, statistics, units
+from tolmc import units
 from tolmc.errors import InputError
-from tolmc.monte_carlo import default_directory, replay, run
-from tolmc.run_directory import RunDirectoryError
-from tolmc.simulation import OUTPUTS, simulate_many
-from tolmc.study import StudyError, load_study
-from tolmc.tolerances import sample
+from tolmc.runs import run as monte_carlo
+from tolmc.runs.directory import RunDirectoryError
+from tolmc.runs.run import default_directory, replay, run
+from tolmc.simulation.ensemble import OUTPUTS, simulate_many
+from tolmc.statistics import summary as statistics
+from tolmc.study.study import StudyError, load_study
+from tolmc.tolerances.dimension import sample
 
 SAMPLINGS = ("random", "latin_hypercube", "sobol")
 

@@ -7,13 +7,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from small_study import write
 
-from tolmc import plots
 from tolmc.errors import InputError
-from tolmc.mechanism import SCALARS
-from tolmc.monte_carlo import run
-from tolmc.motion import study_motion
-from tolmc.statistics import rank_correlations
-from tolmc.study import load_study
+from tolmc.mechanism.scene import SCALARS
+from tolmc.pictures import plots
+from tolmc.runs.nominal import study_motion
+from tolmc.runs.run import run
+from tolmc.statistics.summary import rank_correlations
+from tolmc.study.study import load_study
 
 
 def words(figure: Figure) -> list[str]:

@@ -4,7 +4,7 @@ from io import StringIO
 import pyarrow as pa
 import pytest
 
-from tolmc import progress
+from tolmc.runs import progress
 
 
 class Terminal(StringIO):

@@ -16,8 +16,8 @@ from tolmc import simulate, simulate_many
 from tolmc.kernels import parameters as P
 from tolmc.kernels import published
 from tolmc.kernels.runge_kutta import TABLEAUX
-from tolmc.mechanism import SCALARS, Body, Joint, Loads, Motion, Scene
-from tolmc.simulation import END_OUTPUTS
+from tolmc.mechanism.scene import SCALARS, Body, Joint, Loads, Motion, Scene
+from tolmc.simulation.ensemble import END_OUTPUTS
 
 CASES = json.loads((Path(__file__).parent / "data" / "trajectories.json").read_text())
 SETS = {

@@ -17,17 +17,22 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tolmc import geometry, monte_carlo, run_directory, sensitivity, stackup, units
-from tolmc.answers import write_answers
-from tolmc.capability import capability
+from tolmc import units
+from tolmc.analysis import sensitivity, stackup
 from tolmc.cli import main
+from tolmc.commands.answers import write_answers
 from tolmc.errors import InputError
-from tolmc.intervals import Estimate
-from tolmc.report import answer, tables, words, write_report
-from tolmc.run_directory import RunDirectoryError
-from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS, summarise_requirements
-from tolmc.study import load_study
-from tolmc.tolerances import Dimension
+from tolmc.mechanism import geometry
+from tolmc.report import answer, tables, words
+from tolmc.report.write import write_report
+from tolmc.runs import directory as run_directory
+from tolmc.runs import run as monte_carlo
+from tolmc.runs.directory import RunDirectoryError
+from tolmc.statistics.capability import capability
+from tolmc.statistics.rows import Estimate
+from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS, summarise_requirements
+from tolmc.study.study import load_study
+from tolmc.tolerances.dimension import Dimension
 
 JOINT = Path(__file__).parents[1] / "studies" / "paper_joint.toml"
 

@@ -11,10 +11,12 @@ import pytest
 from small_study import GEOMETRY, write
 from test_monte_carlo import assert_bitwise_equal
 
-from tolmc import monte_carlo, run_directory, run_pictures
-from tolmc.monte_carlo import resume, run
-from tolmc.run_directory import FORMAT, RunDirectoryError
-from tolmc.study import load_study
+from tolmc.runs import directory as run_directory
+from tolmc.runs import pictures as run_pictures
+from tolmc.runs import run as monte_carlo
+from tolmc.runs.directory import FORMAT, RunDirectoryError
+from tolmc.runs.run import resume, run
+from tolmc.study.study import load_study
 
 SAMPLES = 2000
 WRITE_BLOCK = run_directory.RunDirectory.write_block

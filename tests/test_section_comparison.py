@@ -8,11 +8,11 @@ import pytest
 from rich.console import Console
 from small_study import GEOMETRY, write
 
-from tolmc import tables
+from tolmc.commands.compare_sections import compare_sections
 from tolmc.errors import InputError
-from tolmc.monte_carlo import run
-from tolmc.section_comparison import compare_sections
-from tolmc.study import load_study
+from tolmc.runs.run import run
+from tolmc.study.study import load_study
+from tolmc.terminal import tables
 
 # Between the peaks of the two sections.
 LIMIT = ("4.5 N", "3.02 N")

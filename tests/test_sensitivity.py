@@ -3,8 +3,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from tolmc.distributions import Normal, Uniform
-from tolmc.sensitivity import (
+from tolmc.analysis.sensitivity import (
     contributions,
     failure_sources,
     first_order,
@@ -12,9 +11,10 @@ from tolmc.sensitivity import (
     rank_correlation,
     sobol_indices,
 )
-from tolmc.stackup import linearise
-from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS
-from tolmc.tolerances import Dimension, Tolerances, sample
+from tolmc.analysis.stackup import linearise
+from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS
+from tolmc.tolerances.dimension import Dimension, Tolerances, sample
+from tolmc.tolerances.distributions import Normal, Uniform
 
 NAMES = ("alpha", "beta", "spin")
 CUBE = Tolerances(tuple(Dimension(name, 0.0, -np.pi, np.pi, Uniform()) for name in NAMES))

@@ -10,12 +10,13 @@ from click.testing import CliRunner
 from small_study import GEOMETRY, write
 from test_monte_carlo import assert_bitwise_equal
 
-from tolmc import run_directory, run_pictures
 from tolmc.cli import main
-from tolmc.intervals import Observations, Rows
-from tolmc.monte_carlo import resume, run
-from tolmc.run_directory import RunDirectoryError
-from tolmc.study import load_study
+from tolmc.runs import directory as run_directory
+from tolmc.runs import pictures as run_pictures
+from tolmc.runs.directory import RunDirectoryError
+from tolmc.runs.run import resume, run
+from tolmc.statistics.rows import Observations, Rows
+from tolmc.study.study import load_study
 
 LARGEST = 10_000
 # 1024, 2048, 4096, 8192 and 10000 samples, each at the level 1 - 0.05/5.

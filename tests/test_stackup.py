@@ -2,12 +2,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tolmc.distributions import Normal, Uniform
-from tolmc.geometry import tilt_angle
-from tolmc.mechanism import SCALARS
-from tolmc.stackup import linearise, side_by_side, worst_case
-from tolmc.statistics import summarise
-from tolmc.tolerances import Dimension, Tolerances, sample
+from tolmc.analysis.stackup import linearise, side_by_side, worst_case
+from tolmc.mechanism.geometry import tilt_angle
+from tolmc.mechanism.scene import SCALARS
+from tolmc.statistics.summary import summarise
+from tolmc.tolerances.dimension import Dimension, Tolerances, sample
+from tolmc.tolerances.distributions import Normal, Uniform
 
 JOINT = Tolerances(
     (

@@ -3,10 +3,9 @@ import pandas as pd
 import pytest
 from scipy import integrate, optimize
 
-from tolmc.geometry import tilt_angle
-from tolmc.intervals import binomial_interval
-from tolmc.sampling import cube_points
-from tolmc.statistics import (
+from tolmc.mechanism.geometry import tilt_angle
+from tolmc.statistics.rows import binomial_interval
+from tolmc.statistics.summary import (
     ANY_REQUIREMENT,
     CONTACT_LOSS,
     QUANTILES,
@@ -17,6 +16,7 @@ from tolmc.statistics import (
     summarise,
     summarise_requirements,
 )
+from tolmc.tolerances.unit_cube import cube_points
 
 STATUSES = [
     "ok", "ok", "ok", "contact lost", "contact lost",

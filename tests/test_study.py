@@ -7,9 +7,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from small_study import STUDIES, TEXT, write
 
-from tolmc.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
-from tolmc.mechanism import Body
-from tolmc.study import Study, StudyError, Until, load_study
+from tolmc.mechanism.scene import Body
+from tolmc.study.study import Study, StudyError, Until, load_study
+from tolmc.tolerances.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
 
 BODY = "inertia = [4.08e-4, 4.08e-4, 1.2e-4]"
 HALF_LENGTH = 'half_length    = { nominal = "20 mm", tolerance = "0.1 mm", distribution = "uniform" }'

@@ -4,9 +4,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tolmc import surrogate, tilt_angle
-from tolmc.distributions import Normal, Uniform
-from tolmc.tolerances import Dimension, Tolerances
+from tolmc import tilt_angle
+from tolmc.analysis import surrogate
+from tolmc.tolerances.dimension import Dimension, Tolerances
+from tolmc.tolerances.distributions import Normal, Uniform
 
 BOX = {"bearing_radius": (19.95e-3, 20.05e-3), "journal_radius": (9.97e-3, 10e-3), "half_length": (19.9e-3, 20.1e-3)}
 

@@ -6,11 +6,11 @@ import pytest
 from rich.console import Console
 from small_study import GEOMETRY, write
 
-from tolmc import tables
-from tolmc.answers import write_answers
-from tolmc.monte_carlo import run
-from tolmc.motion import study_motion
-from tolmc.study import load_study
+from tolmc.commands.answers import write_answers
+from tolmc.runs.nominal import study_motion
+from tolmc.runs.run import run
+from tolmc.study.study import load_study
+from tolmc.terminal import tables
 
 
 @pytest.fixture

@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tolmc import mechanism, simulation, units
+from tolmc import units
+from tolmc.mechanism import scene as mechanism
+from tolmc.simulation import ensemble as simulation
 
 UNITS = sorted(set(units.SI.values()))
 

@@ -3,7 +3,7 @@ import time
 
 import pytest
 
-from tolmc.workers import crew
+from tolmc.runs.crew import crew
 
 
 def slow_square(value):

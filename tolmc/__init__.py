@@ -3,21 +3,21 @@
 from importlib import import_module
 
 _HOME = {
-    "approximate_radius": "geometry",
-    "effective_radius": "geometry",
-    "tilt_angle": "geometry",
-    "Body": "mechanism",
-    "Joint": "mechanism",
-    "Loads": "mechanism",
-    "Motion": "mechanism",
-    "Scene": "mechanism",
-    "Trajectory": "simulation",
-    "simulate": "simulation",
-    "simulate_many": "simulation",
-    "Study": "study",
-    "load_study": "study",
-    "StudyResult": "monte_carlo",
-    "run": "monte_carlo",
+    "approximate_radius": "mechanism.geometry",
+    "effective_radius": "mechanism.geometry",
+    "tilt_angle": "mechanism.geometry",
+    "Body": "mechanism.scene",
+    "Joint": "mechanism.scene",
+    "Loads": "mechanism.scene",
+    "Motion": "mechanism.scene",
+    "Scene": "mechanism.scene",
+    "Trajectory": "simulation.ensemble",
+    "simulate": "simulation.ensemble",
+    "simulate_many": "simulation.ensemble",
+    "Study": "study.study",
+    "load_study": "study.study",
+    "StudyResult": "runs.run",
+    "run": "runs.run",
 }
 
 __all__ = sorted(_HOME)

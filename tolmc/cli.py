@@ -73,9 +73,10 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
         raise click.UsageError("--samples, --seed and --out are settled in a run that is resumed; leave them out.")
     if resume is None and study is None:
         raise click.UsageError("name the STUDY file to run, or a directory with --resume.")
-    from tolmc import monte_carlo, tables
-    from tolmc.clearance import interference_note
-    from tolmc.study import load_study
+    from tolmc.runs import run as monte_carlo
+    from tolmc.study.study import load_study
+    from tolmc.terminal import tables
+    from tolmc.tolerances.interference import interference_note
 
     if resume is not None:
         result = monte_carlo.resume(resume, study=study, extend=extend or 0, workers=workers, cluster=cluster)
@@ -89,7 +90,7 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
     if result.sequential is not None:
         click.echo(result.sequential.sentence())
     if compare_section:
-        from tolmc.section_comparison import compare_sections
+        from tolmc.commands.compare_sections import compare_sections
 
         comparison = compare_sections(result)
         path = result.directory / "section_comparison.csv"
@@ -103,9 +104,10 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
 @click.option("--out", type=_FILE, help="Picture to write.  [default: <study name>.png]")
 def simulate(study, out) -> None:
     """Integrate the nominal motion of STUDY: a table and a picture."""
-    from tolmc import plots, tables
-    from tolmc.motion import study_motion
-    from tolmc.study import load_study
+    from tolmc.pictures import plots
+    from tolmc.runs.nominal import study_motion
+    from tolmc.study.study import load_study
+    from tolmc.terminal import tables
 
     loaded = load_study(study)
     trajectory = study_motion(loaded)
@@ -122,7 +124,9 @@ def simulate(study, out) -> None:
 @click.option("--out", type=_FILE, help="Picture to write.  [default: DIRECTORY/sample_I.png]")
 def replay(directory, sample, out) -> None:
     """Integrate one sample of the run in DIRECTORY again, with its full trajectory and a picture."""
-    from tolmc import monte_carlo, plots, tables
+    from tolmc.pictures import plots
+    from tolmc.runs import run as monte_carlo
+    from tolmc.terminal import tables
 
     loaded, scene, trajectory, row = monte_carlo.replay(directory, sample)
     title = f"{loaded.title}: sample {sample}"
@@ -140,8 +144,8 @@ def answers(directory) -> None:
 
     Also writes them there, with Sobol' indices and one-at-a-time curves, for the report to show.
     """
-    from tolmc import tables
-    from tolmc.answers import write_answers
+    from tolmc.commands.answers import write_answers
+    from tolmc.terminal import tables
 
     found = write_answers(directory)
     if found.stackup is None:
@@ -155,8 +159,8 @@ def answers(directory) -> None:
 @click.argument("directory", type=_FILE)
 def report(directory) -> None:
     """Write the run in DIRECTORY as one self-contained HTML file."""
-    from tolmc.answers import write_answers
-    from tolmc.report import write_report
+    from tolmc.commands.answers import write_answers
+    from tolmc.report.write import write_report
 
     write_answers(directory)
     click.echo(f"Written: {write_report(directory)}")
@@ -170,7 +174,7 @@ def allocate(study, out) -> None:
 
     Ends with code 3 when the tolerances found could not be shown to meet them.
     """
-    from tolmc.study_allocation import allocate_study
+    from tolmc.commands.allocate import allocate_study
 
     if not allocate_study(study, out=out).is_met:
         sys.exit(3)

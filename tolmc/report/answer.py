@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from tolmc.intervals import Estimate
+from tolmc.analysis.sensitivity import INTERACTIONS, contributions
+from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.report import words
-from tolmc.section_estimate import section_error_estimate
-from tolmc.sensitivity import INTERACTIONS, contributions
-from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS
-from tolmc.study import Study
+from tolmc.statistics.rows import Estimate
+from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS
+from tolmc.study.study import Study
 
 #: Relative error of the contact forces by the model of the section from which on the answer warns of it.
 NOTEWORTHY = 0.01
@@ -53,10 +53,11 @@ def answer(
 
     Parameters
     ----------
-    shares : from :func:`tolmc.statistics.summarise_requirements`
-    capability : from :func:`tolmc.capability.capability`
+    shares : from :func:`tolmc.statistics.summary.summarise_requirements`
+    capability : from :func:`tolmc.statistics.capability.capability`
         The last row is judged; empty when the study has no requirement.
-    indices, failure_sources : from :func:`tolmc.sensitivity.first_order`, :func:`tolmc.sensitivity.failure_sources`
+    indices, failure_sources : from :func:`tolmc.analysis.sensitivity.first_order`,
+        :func:`tolmc.analysis.sensitivity.failure_sources`
         None when no dimension varies.
     target : float
         Yield that is asked for.

@@ -9,17 +9,18 @@ from pathlib import Path
 
 import pandas as pd
 
-from tolmc import sensitivity, units
-from tolmc.capability import ALL_REQUIREMENTS, Looks, capability, tolerance_interval
+from tolmc import units
+from tolmc.analysis import sensitivity
 from tolmc.errors import InputError
-from tolmc.intervals import Estimate
 from tolmc.report import notes, tables, words
 from tolmc.report.answer import Answer, answer, question
 from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
-from tolmc.run_directory import RunDirectory, RunDirectoryError
-from tolmc.sequential import looks_of
-from tolmc.statistics import count_statuses, summarise_requirements, without_value
-from tolmc.study import Study
+from tolmc.runs.directory import RunDirectory, RunDirectoryError
+from tolmc.runs.until import looks_of
+from tolmc.statistics.capability import ALL_REQUIREMENTS, Looks, capability, tolerance_interval
+from tolmc.statistics.rows import Estimate
+from tolmc.statistics.summary import count_statuses, summarise_requirements, without_value
+from tolmc.study.study import Study
 
 #: Yield that requirements are judged by where the study asks for none: what lies within +-3 sigma of a normal output.
 TARGET_YIELD = 0.9973

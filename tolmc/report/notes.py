@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 
 from tolmc import units
-from tolmc.capability import Looks
-from tolmc.mechanism import Joint
+from tolmc.mechanism.circle_error import section_error_estimate
+from tolmc.mechanism.scene import Joint
 from tolmc.report import words
-from tolmc.section_estimate import section_error_estimate
-from tolmc.statistics import CONTACT_LOSS, error_budget
-from tolmc.study import Study
+from tolmc.statistics.capability import Looks
+from tolmc.statistics.summary import CONTACT_LOSS, error_budget
+from tolmc.study.study import Study
 
 _SCATTER = {
     "sobol": "from the scatter among 16 independent scramblings of the Sobol' sequence",

@@ -11,15 +11,16 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from tolmc import fits, units
-from tolmc.capability import ALL_REQUIREMENTS
-from tolmc.intervals import Estimate
-from tolmc.mechanism import SCALARS
+from tolmc import units
+from tolmc.analysis.sensitivity import INTERACTIONS, contributions
+from tolmc.mechanism.scene import SCALARS
 from tolmc.report import words
-from tolmc.rounding import fixed, without_rounding_errors
-from tolmc.sensitivity import INTERACTIONS, contributions
-from tolmc.statistics import ANY_REQUIREMENT, CONTACT_LOSS, error_budget
-from tolmc.study import Study
+from tolmc.statistics.capability import ALL_REQUIREMENTS
+from tolmc.statistics.rows import Estimate
+from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS, error_budget
+from tolmc.study.study import Study
+from tolmc.text.numbers import fixed, without_rounding_errors
+from tolmc.tolerances import fits
 
 #: Outputs that check the integration; they have a sentence in the report, not a row.
 INDICES = ("Cp", "Cpk", "Pp", "Ppk")
@@ -183,7 +184,7 @@ def requirements_table(
 ) -> Table:
     """Yield and parts per million of every requirement and of all together, judged against a target yield.
 
-    ``yields`` are from :mod:`tolmc.answers`; where there are none the accelerated yield has no column.
+    ``yields`` are from :mod:`tolmc.commands.answers`; where there are none the accelerated yield has no column.
     """
     yields = pd.DataFrame() if yields is None else yields
     rows, unknown = [], shares.loc[ANY_REQUIREMENT, "unknown"]
@@ -311,8 +312,8 @@ def _in_shown_units(summary: pd.DataFrame) -> pd.DataFrame:
 def contributions_table(indices: pd.DataFrame, directions: pd.DataFrame, *, are_correlated: bool) -> Table:
     """Share of every output's variance that each dimension contributes.
 
-    ``indices`` are from :func:`tolmc.sensitivity.first_order`, ``directions`` from
-    :func:`tolmc.sensitivity.rank_correlation`.
+    ``indices`` are from :func:`tolmc.analysis.sensitivity.first_order`, ``directions`` from
+    :func:`tolmc.analysis.sensitivity.rank_correlation`.
     """
     percent = contributions(indices).dropna(how="all")
     dimensions, others = _foremost(percent.drop(columns=INTERACTIONS).max())

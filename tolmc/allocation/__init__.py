@@ -1,0 +1,1 @@
+"""The decision: the cheapest tolerances that keep the required share of the motions within limits."""

@@ -1,0 +1,1 @@
+"""Answers from few motions, and which tolerance matters."""

@@ -1,0 +1,51 @@
+"""The motions of a study as a model: inputs -> outputs, for whatever asks for motions of its own choosing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from tolmc.analysis.surrogate import Model, training_box
+from tolmc.errors import InputError
+from tolmc.mechanism.scene import SCALARS
+from tolmc.simulation.ensemble import GEOMETRY_OUTPUTS, plan_integration, simulate_many
+from tolmc.study.study import Study
+
+_JOINT = SCALARS[:3]
+
+
+def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple[float, float]] | None = None) -> Model:
+    """Function that integrates a row of dimensions each with the study's settings.
+
+    One pilot chooses the step, for the range of the study's tolerances or the box given in its place.
+
+    Parameters
+    ----------
+    outputs : names in :data:`tolmc.simulation.ensemble.OUTPUTS`
+        What the model returns, beside ``status``; nothing else is computed.
+
+    Raises
+    ------
+    InputError
+        When the study cannot be integrated.
+    """
+    integrates = not set(outputs) <= set(GEOMETRY_OUTPUTS)
+    options = {"on_contact_loss": study.on_contact_loss, "project_energy": study.project_energy}
+    try:
+        plan = plan_integration(
+            study.scene, training_box(study.tolerances) if box is None else box,
+            step=study.step if integrates else study.scene.duration, method=study.method,
+            formulation=study.formulation, accuracy=study.integration_accuracy, outputs=outputs, **options,
+        )  # fmt: skip
+    except ValueError as error:
+        raise InputError(f"{study.title}: {error}") from None
+
+    def model(inputs: pd.DataFrame) -> pd.DataFrame:
+        columns = study.with_inertia({name: inputs[name].to_numpy() for name in inputs})
+        joint = {name: columns.pop(name) for name in _JOINT}
+        return simulate_many(
+            study.scene, **joint, parameters=columns, outputs=outputs, plan=plan, workers=study.workers, **options
+        )
+
+    return model

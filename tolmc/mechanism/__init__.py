@@ -1,0 +1,1 @@
+"""What is simulated: joint, body, loads, start, and the geometry of the tilted journal, equations (1)-(3)."""

@@ -1,0 +1,307 @@
+"""The mechanism: joint, body, loads, motion, and the scene that holds them.
+
+Frozen dataclasses, validated once when they are made, so that everything downstream may trust them. SI units throughout.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from tolmc.mechanism import geometry
+from tolmc.mechanism.checks import finite_number, finite_vector, set_frozen
+
+SECTIONS = ("circle", "exact")
+
+#: Every scalar of a scene that may vary from sample to sample, in the order in which tables show them.
+SCALARS = (
+    "bearing_radius", "journal_radius", "half_length",
+    "mass", "center_of_mass_x", "center_of_mass_y", "center_of_mass_z",
+    "inertia_xx", "inertia_yy", "inertia_zz", "inertia_xy", "inertia_xz", "inertia_yz",
+    "gravity_x", "gravity_y", "gravity_z",
+    "force_x", "force_y", "force_z", "force_point_x", "force_point_y", "force_point_z",
+    "torque_x", "torque_y", "torque_z",
+    "alpha", "beta", "alpha_rate", "beta_rate", "spin", "spin_rate",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A journal in a bearing, with clearance.
+
+    Parameters
+    ----------
+    bearing_radius, journal_radius, half_length : float, m
+        R*, r* (0 < r* < R*) and L > 0.
+    section : {"circle", "exact"}
+        ``"circle"``: the axis rests on circles of constant radius r, equations (1)-(3) (the paper's model).
+        ``"exact"``: the bearing's rims touch the tilted cylinder (README, "Model").
+    """
+
+    bearing_radius: float
+    journal_radius: float
+    half_length: float
+    section: str = "circle"
+
+    def __post_init__(self) -> None:
+        set_frozen(
+            self,
+            **{
+                name: finite_number("Joint", name, getattr(self, name), positive=True)
+                for name in ("bearing_radius", "journal_radius", "half_length")
+            },
+        )
+        if self.journal_radius >= self.bearing_radius:
+            raise ValueError(
+                f"Joint: journal_radius = {self.journal_radius!r} m must be smaller than bearing_radius = "
+                f"{self.bearing_radius!r} m; without clearance there is nothing to tilt."
+            )
+        if self.section not in SECTIONS:
+            raise ValueError(f"Joint: section = {self.section!r} is unknown; allowed: {', '.join(SECTIONS)}.")
+
+    @property
+    def _dimensions(self) -> tuple[float, float, float]:
+        return self.bearing_radius, self.journal_radius, self.half_length
+
+    @property
+    def tilt_angle(self) -> float:
+        """psi of equation (2), rad."""
+        return float(geometry.tilt_angle(*self._dimensions))
+
+    @property
+    def effective_radius(self) -> float:
+        """r of equation (3), m."""
+        return float(geometry.effective_radius(*self._dimensions))
+
+    @property
+    def approximate_radius(self) -> float:
+        """R* - r*, m."""
+        return float(geometry.approximate_radius(*self._dimensions))
+
+
+def _inertia(value) -> np.ndarray:
+    try:
+        inertia = np.array(value, float)
+    except (TypeError, ValueError):
+        raise TypeError(f"Body: inertia must be 3 numbers or a 3x3 matrix in kg m^2, got {value!r}.") from None
+    if inertia.shape == (3,):
+        inertia = np.diag(inertia)
+    if inertia.shape != (3, 3):
+        raise ValueError(f"Body: inertia must be 3 numbers or a 3x3 matrix, got shape {inertia.shape}.")
+    if not np.all(np.isfinite(inertia)):
+        raise ValueError("Body: inertia has an entry that is not finite.")
+    scale = np.abs(inertia).max()
+    if np.abs(inertia - inertia.T).max() > 1e-9 * scale:
+        raise ValueError(f"Body: inertia must be symmetric, got {inertia.tolist()}.")
+    inertia = 0.5 * (inertia + inertia.T)
+    inertia.setflags(write=False)
+    return inertia
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rigid body on the journal.
+
+    Parameters
+    ----------
+    mass : float, kg
+    center_of_mass : 3 floats, m
+        r_C in body axes, from the body point O that stays in the bearing's middle plane.
+    inertia : 3 floats or 3x3, kg m^2
+        Matrix of inertia **about O** in body axes: diagonal entries equal the moments of inertia, off-diagonal ones
+        their products with a minus sign (J_xy = -integral of x y dm). The part about the centre of mass,
+        J - m (|r_C|^2 I - r_C r_C^T), must be positive semidefinite and satisfy the triangle inequality.
+    """
+
+    mass: float
+    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia: np.ndarray = field(default=(1.0, 1.0, 1.0))
+
+    def __post_init__(self) -> None:
+        set_frozen(
+            self,
+            mass=finite_number("Body", "mass", self.mass, positive=True),
+            center_of_mass=finite_vector("Body", "center_of_mass", self.center_of_mass),
+            inertia=_inertia(self.inertia),
+        )
+        moments = np.linalg.eigvalsh(self.centroidal_inertia)
+        # Rounding in the shift from O to the centre of mass must not reject a point mass or a thin rod.
+        slack = 1e-9 * np.abs(self.inertia).max()
+        if moments[0] < -slack or moments[2] > moments[0] + moments[1] + slack or np.trace(self.inertia) <= 0:
+            raise ValueError(
+                f"Body: inertia about the centre of mass has principal moments {moments.tolist()} kg m^2; allowed: "
+                "all >= 0, none larger than the sum of the other two. inertia is taken about O, the point in the "
+                "bearing's middle plane: use Body.from_centroidal for moments about the centre of mass."
+            )
+
+    def __eq__(self, other) -> bool:
+        return (
+            isinstance(other, Body)
+            and (self.mass, self.center_of_mass) == (other.mass, other.center_of_mass)
+            and np.array_equal(self.inertia, other.inertia)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.mass, self.center_of_mass, self.inertia.tobytes()))
+
+    @property
+    def centroidal_inertia(self) -> np.ndarray:
+        """Matrix of inertia about the centre of mass, body axes, kg m^2."""
+        c = np.asarray(self.center_of_mass)
+        return self.inertia - self.mass * (c @ c * np.eye(3) - np.outer(c, c))
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether the body is symmetric about the journal's axis: x_C = y_C = 0, J = diag(A, A, C)."""
+        J = self.inertia
+        return (
+            self.center_of_mass[0] == 0
+            and self.center_of_mass[1] == 0
+            and J[0, 0] == J[1, 1]
+            and J[0, 1] == J[0, 2] == J[1, 2] == 0
+        )
+
+    @classmethod
+    def from_centroidal(cls, mass, center_of_mass, inertia) -> Body:
+        """Body from the inertia about its centre of mass (3 numbers or 3x3, kg m^2, body axes)."""
+        c = np.asarray(finite_vector("Body", "center_of_mass", center_of_mass))
+        m = finite_number("Body", "mass", mass, positive=True)
+        with np.errstate(all="ignore"):  # an inertia that is not finite is refused below
+            about_origin = _inertia(inertia) + m * (c @ c * np.eye(3) - np.outer(c, c))
+        return cls(m, tuple(c), about_origin)
+
+    @classmethod
+    def solid_cylinder(cls, mass, radius, length, center_of_mass=(0.0, 0.0, 0.0)) -> Body:
+        """Homogeneous cylinder of the given mass (kg), radius and length (m) along the journal's axis."""
+        m = finite_number("Body", "mass", mass, positive=True)
+        a = finite_number("Body", "radius", radius, positive=True)
+        h = finite_number("Body", "length", length, positive=True)
+        transverse = m * (3 * a * a + h * h) / 12
+        return cls.from_centroidal(m, center_of_mass, (transverse, transverse, 0.5 * m * a * a))
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Loads on the body; what is absent costs nothing.
+
+    Parameters
+    ----------
+    gravity : 3 floats, m/s^2
+        Uniform field in fixed axes.
+    force : 3 floats or None, N
+        Constant force of fixed direction (fixed axes), acting at the body point ``force_point`` (m, body axes; O
+        when None).
+    torque : 3 floats or None, N m
+        Constant torque in fixed axes.
+    """
+
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    force: tuple[float, float, float] | None = None
+    force_point: tuple[float, float, float] | None = None
+    torque: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        set_frozen(self, gravity=finite_vector("Loads", "gravity", self.gravity))
+        for name in ("force", "force_point", "torque"):
+            if getattr(self, name) is not None:
+                set_frozen(self, **{name: finite_vector("Loads", name, getattr(self, name))})
+        if self.force_point is not None and self.force is None:
+            raise ValueError("Loads: force_point is given without force; give the force (N) that acts there.")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The start of the motion.
+
+    Parameters
+    ----------
+    alpha, beta : float, rad
+        Polar angles of D and E (where the axis crosses Z = +L and Z = -L) on their circles.
+    alpha_rate, beta_rate : float, rad/s
+    spin : float, rad
+        chi, the body's turn about the journal's axis against the frame of the smallest rotation from Z.
+    spin_rate : float, rad/s
+        Omega = omega . e, the angular velocity about the journal's axis.
+    """
+
+    alpha: float
+    beta: float
+    alpha_rate: float = 0.0
+    beta_rate: float = 0.0
+    spin: float = 0.0
+    spin_rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("alpha", "beta", "alpha_rate", "beta_rate", "spin", "spin_rate"):
+            set_frozen(self, **{name: finite_number("Motion", name, getattr(self, name))})
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A joint, a body on it, its loads, the start of its motion, and how long it lasts (s)."""
+
+    joint: Joint
+    body: Body
+    loads: Loads
+    motion: Motion
+    duration: float
+
+    def __post_init__(self) -> None:
+        for name, kind in (("joint", Joint), ("body", Body), ("loads", Loads), ("motion", Motion)):
+            if not isinstance(getattr(self, name), kind):
+                raise TypeError(f"Scene: {name} must be a {kind.__name__}, got {getattr(self, name)!r}.")
+        set_frozen(self, duration=finite_number("Scene", "duration", self.duration, positive=True))
+
+    @cached_property
+    def scalars(self) -> Mapping[str, float]:
+        """Value of every name in :data:`SCALARS`, SI units (absent loads are zero)."""
+        joint, body, loads, motion = self.joint, self.body, self.loads, self.motion
+        J = body.inertia
+        vectors = {
+            "center_of_mass": body.center_of_mass,
+            "gravity": loads.gravity,
+            "force": loads.force or (0.0, 0.0, 0.0),
+            "force_point": loads.force_point or (0.0, 0.0, 0.0),
+            "torque": loads.torque or (0.0, 0.0, 0.0),
+        }
+        values = {
+            "bearing_radius": joint.bearing_radius,
+            "journal_radius": joint.journal_radius,
+            "half_length": joint.half_length,
+            "mass": body.mass,
+            "inertia_xx": J[0, 0], "inertia_yy": J[1, 1], "inertia_zz": J[2, 2],
+            "inertia_xy": J[0, 1], "inertia_xz": J[0, 2], "inertia_yz": J[1, 2],
+            **{f"{name}_{axis}": v for name, vector in vectors.items() for axis, v in zip("xyz", vector, strict=True)},
+            **{name: getattr(motion, name) for name in SCALARS[-6:]},
+        }  # fmt: skip
+        return {name: float(values[name]) for name in SCALARS}
+
+    def replaced(self, **scalars: float) -> Scene:
+        """The scene with some scalars of :data:`SCALARS` changed, validated again."""
+        unknown = sorted(set(scalars) - set(SCALARS))
+        if unknown:
+            raise ValueError(f"Scene: unknown scalar {unknown[0]!r}; allowed: {', '.join(SCALARS)}.")
+        s = {**self.scalars, **scalars}
+
+        def vector(name):
+            return tuple(s[f"{name}_{axis}"] for axis in "xyz")
+
+        def optional(name):
+            changed = any(f"{name}_{axis}" in scalars for axis in "xyz")
+            return vector(name) if changed or getattr(self.loads, name) is not None else None
+
+        inertia = [
+            [s["inertia_xx"], s["inertia_xy"], s["inertia_xz"]],
+            [s["inertia_xy"], s["inertia_yy"], s["inertia_yz"]],
+            [s["inertia_xz"], s["inertia_yz"], s["inertia_zz"]],
+        ]
+        return replace(
+            self,
+            joint=Joint(s["bearing_radius"], s["journal_radius"], s["half_length"], self.joint.section),
+            body=Body(s["mass"], vector("center_of_mass"), inertia),
+            loads=Loads(vector("gravity"), optional("force"), optional("force_point"), optional("torque")),
+            motion=Motion(*(s[name] for name in SCALARS[-6:])),
+        )

@@ -1,0 +1,305 @@
+"""Pictures of a study: distributions, what drives them, and the nominal motion.
+
+Figures are drawn without pyplot, so nothing is left behind in a notebook's state. Colours are those of Okabe and Ito,
+which people with any colour vision tell apart. A million samples go into histograms, never into points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, StrMethodFormatter
+
+from tolmc import units
+from tolmc.errors import InputError
+from tolmc.mechanism.scene import Scene
+from tolmc.statistics.columns import Columns
+from tolmc.statistics.summary import RANKED, rank_correlations
+
+_BLUE, _ORANGE, _RED, _GREY = "#0072B2", "#E69F00", "#D55E00", "#666666"
+_COLOUR = {"D": _BLUE, "E": _ORANGE}
+_STYLE = {
+    "font.size": 10, "axes.titlelocation": "left", "axes.titlesize": 11, "axes.titleweight": "bold", "figure.titlesize": 13,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
+    "grid.color": "#e4e4e4", "grid.linewidth": 0.8, "legend.frameon": False,
+}  # fmt: skip
+
+#: Outputs whose distribution is drawn.
+DISTRIBUTIONS = ("tilt_angle", "effective_radius", "contact_force_D_max", "contact_force_E_max")
+
+_POINTS = 2_000
+_UPRIGHT = 4  # names of so many inputs stand beside each other
+_UNRANKED = ("contact_loss_time", *units.CHECKS)
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure; the format follows the file name."""
+    formats = FigureCanvasAgg(figure).get_supported_filetypes()
+    if Path(path).suffix[1:].lower() not in formats:
+        raise InputError(f"{path} has no ending that says what picture it is; allowed: {', '.join(sorted(formats))}.")
+    # Half the time of a picture would go into compressing it a few percent further.
+    quick = {"pil_kwargs": {"compress_level": 3}} if Path(path).suffix == ".png" else {}
+    figure.savefig(path, dpi=150, **quick)
+
+
+def draw_distributions(
+    samples: pd.DataFrame | Columns,
+    outputs: Sequence[str],
+    *,
+    nominal: Mapping[str, float],
+    specification: Mapping[str, Mapping[str, float]],
+    title: str,
+) -> Figure:
+    """Histograms of ``outputs`` with their nominal values and specification limits (SI units).
+
+    Samples without a value are left out.
+    """
+    columns = min(2, len(outputs))
+    rows = -(-len(outputs) // columns)
+    height = 0.7 + 3.3 * rows
+    with rc_context(_STYLE):
+        figure = Figure(figsize=(5.3 * columns, height))
+        _head(figure, f"{title}: {len(samples):,} samples")
+        axes = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axis, name in zip(axes, outputs, strict=False):
+            limits = specification.get(name, {}).values()
+            _draw_distribution(axis, samples[name].to_numpy(), name, nominal.get(name), limits)
+        for axis in axes[len(outputs) :]:
+            axis.set_visible(False)
+        figure.subplots_adjust(
+            left=0.15 / columns, right=0.965, top=1 - 0.95 / height, bottom=0.6 / height, hspace=0.48, wspace=0.22
+        )
+    return figure
+
+
+def _head(figure: Figure, title: str) -> None:
+    figure.suptitle(title, y=1 - 0.15 / figure.get_figheight(), va="top", fontweight="bold", parse_math=False)
+
+
+def _label(name: str, *, with_unit: bool = True) -> str:
+    unit = units.shown(name)[0]
+    text = units.label(name).replace("N_D", "$N_D$").replace("N_E", "$N_E$")
+    return f"{text} ({unit})" if with_unit and unit else text
+
+
+def _draw_distribution(axis, values: np.ndarray, name: str, nominal: float | None, limits: Iterable[float]) -> None:
+    unit, factor = units.shown(name)
+    finite = np.isfinite(values)
+    values = values if finite.all() else values[finite]  # no copy of a million values, here or for the unit below
+    axis.set_xlabel(_label(name))
+    axis.set_ylabel("samples per bin (%)")
+    if values.size == 0:
+        axis.text(0.5, 0.5, "no sample has a value", transform=axis.transAxes, ha="center", color=_GREY)
+        return
+    lines = [(limit * factor, "limit", _RED, "-", 1.08) for limit in limits]
+    if nominal is not None and np.isfinite(nominal):
+        lines.append((nominal * factor, "nominal", "black", "--", 1.01))
+    low, high = _span(values, [value / factor for value, *_ in lines])
+    bins = min(80, max(10, int(np.sqrt(values.size))))
+    counts, edges = np.histogram(values, bins=bins, range=(low, high))
+    axis.stairs(100 * counts / values.size, factor * edges, fill=True, color=_BLUE, alpha=0.75)
+    axis.set_xlim(factor * low, factor * high)
+    axis.xaxis.set_major_locator(MaxNLocator(6))
+    for value, word, colour, style, height in lines:
+        _mark(axis, value, f"{word} {value:.5g} {unit}", colour, style, height)
+    outside = values.size - counts.sum()
+    if outside:
+        axis.text(0.99, 0.97, f"{outside:,} samples off the scale", transform=axis.transAxes, ha="right", va="top",
+                  fontsize=8, color=_GREY)  # fmt: skip
+
+
+def _span(values: np.ndarray, marks: list[float]) -> tuple[float, float]:
+    """Range of a histogram: the data without a far tail, and the marks that lie near it."""
+    low, centre, high = np.quantile(values[:RANKED], [0.0005, 0.5, 0.9995])
+    low = min(max(values.min(), 2.5 * low - 1.5 * centre), centre)
+    high = max(min(values.max(), 2.5 * high - 1.5 * centre), centre)
+    width = high - low
+    for mark in marks:
+        if low - width <= mark <= high + width:
+            low, high = min(low, mark), max(high, mark)
+    # What varies by less than a millionth is a spike, not a distribution.
+    margin = max(0.03 * (high - low), 1e-6 * max(abs(low), abs(high)), 1e-30)
+    return low - margin, high + margin
+
+
+def _mark(axis, value: float, text: str, colour: str, style: str, height: float) -> None:
+    """A vertical line with its text above the axes; an arrow where the line is off the scale."""
+    low, high = axis.get_xlim()
+    if low <= value <= high:
+        axis.axvline(value, color=colour, linestyle=style, linewidth=1.6)
+    elif value > high:
+        text = f"{text} →"
+    else:
+        text = f"← {text}"
+    axis.text(
+        min(max(value, low), high), height, text, transform=axis.get_xaxis_transform(), color=colour,
+        ha="right" if value > (low + high) / 2 else "left", va="bottom", fontsize=9,
+    )  # fmt: skip
+
+
+def draw_drivers(samples: pd.DataFrame, inputs: list[str], *, title: str) -> Figure:
+    """Which input drives which output: rank correlations, and the strongest driver of both force maxima."""
+    outputs = [name for name in units.OUTPUTS if name in samples and name not in _UNRANKED]
+    outputs = [name for name in outputs if _varies(samples[name])]
+    inputs = [name for name in inputs if _varies(samples[name])]
+    below = 0.62 if len(inputs) <= _UPRIGHT else 1.15  # inches for the names of the inputs
+    height = max(4.8, 1.3 + below + 0.36 * len(outputs))
+    with rc_context(_STYLE):
+        figure = Figure(figsize=(11.5, height))
+        _head(figure, f"{title}: which dimension drives which output")
+        if not inputs or not outputs:
+            figure.text(0.5, 0.5, "no dimension with a tolerance moves an output", ha="center", color=_GREY)
+            return figure
+        correlations = rank_correlations(samples, inputs, outputs)
+        grid = figure.add_gridspec(
+            2, 2, width_ratios=(1.2, 1), left=0.225, right=0.97, top=1 - 0.95 / height, bottom=below / height,
+            hspace=0.55, wspace=0.28,
+        )  # fmt: skip
+        _draw_correlations(figure.add_subplot(grid[:, 0]), correlations)
+        shown = [name for name in DISTRIBUTIONS[2:] if name in outputs] or outputs[:2]
+        for row, name in enumerate(shown):
+            _draw_scatter(figure.add_subplot(grid[row, 1]), samples, correlations.loc[name].abs().idxmax(), name)
+    return figure
+
+
+def _varies(column: pd.Series) -> bool:
+    values = column.to_numpy()[:RANKED]
+    values = values[np.isfinite(values)]
+    return values.size > 1 and np.ptp(values) > 1e-12 * np.abs(values).max()
+
+
+def _draw_correlations(axis, correlations: pd.DataFrame) -> None:
+    values = correlations.to_numpy()
+    axis.imshow(values, cmap="PuOr", vmin=-1, vmax=1, aspect="auto")
+    axis.grid(False)
+    axis.spines[:].set_visible(False)
+    axis.set_title("Rank correlation (+ rises, − falls with the input)")
+    columns = [_label(name, with_unit=False) for name in correlations.columns]
+    rotated = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if len(columns) > _UPRIGHT else {}
+    axis.set_xticks(range(len(columns)), columns, **rotated)
+    axis.set_yticks(range(len(values)), [_label(name, with_unit=False) for name in correlations.index])
+    axis.tick_params(length=0)
+    size = 9 if len(columns) <= 8 else 6
+    for (row, column), value in np.ndenumerate(values):
+        colour = "white" if abs(value) > 0.6 else "black"
+        text = "0" if abs(value) < 0.005 else f"{value:+.2f}".replace("-", "−")
+        axis.text(column, row, text, ha="center", va="center", color=colour, fontsize=size)
+
+
+def _draw_scatter(axis, samples: pd.DataFrame, driver: str, output: str) -> None:
+    head = samples[[driver, output]].iloc[:_POINTS]
+    (_, x_factor), (y_unit, y_factor) = units.shown(driver), units.shown(output)
+    axis.scatter(head[driver] * x_factor, head[output] * y_factor, s=4, color=_BLUE, alpha=0.5, linewidths=0)
+    axis.set_title(_label(output, with_unit=False))
+    axis.set_xlabel(f"strongest driver: {_label(driver)}")
+    axis.set_ylabel(y_unit)
+    axis.xaxis.set_major_locator(MaxNLocator(5))
+    axis.yaxis.set_major_locator(MaxNLocator(5))
+
+
+def draw_trajectory(trajectory, scene: Scene, *, title: str) -> Figure:
+    """Traces of the axis points D and E on their circles, their polar angles and contact forces over time.
+
+    ``trajectory`` is a :class:`tolmc.simulation.ensemble.Trajectory`.
+    """
+    offset = scene.joint.half_length * trajectory.axis[:, :2] / trajectory.axis[:, 2:]
+    ends = {"D": trajectory.origin + offset, "E": trajectory.origin - offset}
+    with rc_context(_STYLE):
+        figure = Figure(figsize=(11.5, 5.2))
+        _head(figure, title)
+        grid = figure.add_gridspec(
+            2, 2, width_ratios=(1, 1.3), left=0.08, right=0.975, top=0.85, bottom=0.11, hspace=0.3, wspace=0.17
+        )
+        _draw_traces(figure.add_subplot(grid[:, 0]), ends, 1e3 * scene.joint.effective_radius)
+        upper = figure.add_subplot(grid[0, 1])
+        _draw_forces(upper, trajectory)
+        upper.tick_params(labelbottom=False)
+        lower = figure.add_subplot(grid[1, 1], sharex=upper)
+        for name, points in ends.items():
+            angle = np.degrees(np.unwrap(np.arctan2(points[:, 1], points[:, 0])))
+            lower.plot(trajectory.time, angle, color=_COLOUR[name], linewidth=1.4, label=name)
+        lower.set_title("Polar angles of D and E")
+        lower.set_ylabel("α, β (deg)")
+        lower.set_xlabel("time (s)")
+    return figure
+
+
+def _draw_traces(axis, ends: dict[str, np.ndarray], radius: float) -> None:
+    turn = np.linspace(0, 2 * np.pi, 241)
+    axis.plot(radius * np.cos(turn), radius * np.sin(turn), color=_GREY, linewidth=1, linestyle="--",
+              label=f"circle, r = {radius:.4g} mm")  # fmt: skip
+    # Both move on nearly the same circle: E narrower and on top, so that both stay in sight.
+    for (name, points), place, width in zip(ends.items(), ("Z = +L", "Z = −L"), (5.0, 1.8), strict=True):
+        colour = _COLOUR[name]
+        axis.plot(*1e3 * points.T, color=colour, linewidth=width, label=f"{name}, at {place}", solid_capstyle="round")
+        axis.plot(*1e3 * points[0], marker="o", color=colour, markersize=9, markeredgecolor="black")
+        axis.plot(*1e3 * points[-1], marker="s", color=colour, markersize=8, markeredgecolor="black")
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.set_title("Traces of D and E (● start, ■ end)")
+    axis.set_xlabel("X (mm)")
+    axis.set_ylabel("Y (mm)")
+    axis.xaxis.set_major_locator(MaxNLocator(5))
+    axis.yaxis.set_major_locator(MaxNLocator(5))
+    axis.legend(loc="center")
+
+
+def _draw_forces(axis, trajectory) -> None:
+    axis.axhline(0.0, color="black", linewidth=0.8)
+    for name, force in zip("DE", trajectory.contact_force.T, strict=True):
+        axis.plot(trajectory.time, force, color=_COLOUR[name], linewidth=1.4, label=f"$N_{name}$")
+    lost = (trajectory.contact_force < 0).any(axis=1)
+    if lost.any():
+        axis.fill_between(
+            trajectory.time, 0, 1, where=lost, transform=axis.get_xaxis_transform(), color=_RED, alpha=0.2,
+            linewidth=0, label="contact lost",
+        )  # fmt: skip
+    axis.set_title("Contact forces")
+    axis.set_ylabel("N")
+    axis.set_xlim(trajectory.time[0], trajectory.time[-1])
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
+
+
+def draw_cost_against_yield(
+    trade_off: pd.DataFrame, *, winner: tuple[float, float, float], target_ppm: float, is_met: bool, title: str
+) -> Figure:
+    """Cost of the cheapest tolerances against the parts per million that they leave out of specification.
+
+    Parameters
+    ----------
+    trade_off : DataFrame
+        ``cost``, ``out_ppm``, ``required_yield``: a row a required yield.
+    winner : (cost, predicted ppm out, ppm out at the confidence limit)
+    target_ppm : float
+        Parts per million that may be out of specification.
+    is_met : bool
+        Whether the winner was shown to keep the target.
+    """
+    cost, predicted, limit = winner
+    with rc_context(_STYLE):
+        figure = Figure(figsize=(7.5, 4.8))
+        _head(figure, f"{title}: cost against yield")
+        axis = figure.add_axes((0.1, 0.13, 0.83, 0.68))
+        # Linear below one part per million: a choice without any predicted failure stays in the picture.
+        axis.set_xscale("symlog", linthresh=1.0, linscale=0.5)
+        axis.set_xlim(-0.2, 1e6)
+        axis.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
+        steps = trade_off.sort_values("out_ppm")
+        axis.plot(steps["out_ppm"], steps["cost"], color=_BLUE, marker="o", linewidth=1.4, label="cheapest, predicted")
+        label = "chosen" if is_met else "not shown to suffice"
+        axis.plot(predicted, cost, color=_RED, marker="D", markersize=8, linestyle="none", label=label)
+        axis.plot([predicted, limit], [cost, cost], color=_RED, marker="|", markersize=14, markevery=[1], linewidth=2.5,
+                  alpha=0.7, label="its confidence limit")  # fmt: skip
+        axis.axvline(target_ppm, color="black", linestyle="--", linewidth=1.2)
+        axis.text(target_ppm, 1.01, f"allowed {target_ppm:,.0f} ppm", transform=axis.get_xaxis_transform(), ha="center")
+        axis.set_xlabel("out of specification (parts per million)")
+        axis.set_ylabel("cost")
+        axis.yaxis.set_major_locator(MaxNLocator(6))
+        axis.margins(y=0.1)
+        axis.legend(loc="lower left", bbox_to_anchor=(0.0, 1.06), ncols=3, borderaxespad=0.0, columnspacing=1.5)
+    return figure

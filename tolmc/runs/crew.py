@@ -1,0 +1,55 @@
+"""Joblib workers that do calls in parallel and hand the results back in order: threads here, or a Dask cluster.
+
+Threads, because the kernels run without the interpreter lock and share one compilation, and because no array is then
+copied between processes.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
+
+import joblib
+
+from tolmc.errors import ClusterError
+
+
+@dataclass(frozen=True)
+class Crew:
+    """``size`` workers of a joblib ``backend``."""
+
+    size: int
+    backend: Any
+
+    def map(self, function: Callable, calls: Iterable[tuple]) -> Iterator:
+        """``function(*call)`` for every call, in the order of the calls, as they become ready."""
+        with joblib.parallel_config(self.backend):
+            parallel = joblib.Parallel(n_jobs=self.size, batch_size=1, return_as="generator")
+            results = parallel(joblib.delayed(function)(*call) for call in calls)
+        try:
+            yield from chain(results)  # a chain has no close(), so only the one below reaches joblib
+        finally:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # its remark on results that a stopped run leaves behind
+                results.close()
+
+
+@contextmanager
+def crew(workers: int, cluster: str | None = None) -> Iterator[Crew]:
+    """Threads, or all workers of the Dask cluster whose scheduler is at the address ``cluster``.
+
+    ClusterError where Dask is missing or the cluster cannot be used, and from :meth:`Crew.map` where it gave up.
+    """
+    if cluster is None:
+        yield Crew(workers, "threading")
+        return
+    try:
+        from tolmc.runs.dask import cluster_crew
+    except ImportError:
+        raise ClusterError('a cluster needs Dask: pip install "tolmc[cluster]".') from None
+    with cluster_crew(cluster) as started:
+        yield started

@@ -1,0 +1,100 @@
+"""The pictures of a run, drawn in a thread beside the workers: Matplotlib takes as long as the statistics do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import partial
+
+import pyarrow as pa
+
+from tolmc import units
+from tolmc.runs.directory import RunDirectory
+from tolmc.runs.nominal import study_motion
+from tolmc.statistics.columns import Columns
+from tolmc.statistics.summary import RANKED
+from tolmc.study.study import Study
+
+
+class RunPictures:
+    """nominal.png, drivers.png and distributions.png of a run, each begun as soon as what it shows is known."""
+
+    def __init__(self, directory: RunDirectory, thread: Executor) -> None:
+        self._directory, self._thread = directory, thread
+        self._pictures: list[Future] = []
+        self._has_drivers = False
+
+    def draw_motion(self, study: Study) -> None:
+        """nominal.png."""
+        self._begin(draw_motion, study)
+
+    def watch(self, tables: Iterable[pa.Table], study: Study) -> Iterator[pa.Table]:
+        """Passes on the samples of a run, from the first one on; begins drivers.png with the first of them."""
+        seen, rows = [], 0
+        for table in tables:
+            if rows < RANKED:
+                seen.append(table)
+                rows += table.num_rows
+                if rows >= RANKED:
+                    self._draw_drivers(study, pa.concat_tables(seen).slice(0, RANKED))
+                    seen.clear()
+            yield table
+
+    def draw_samples(self, study: Study, nominal: dict[str, float | str]) -> None:
+        """distributions.png, and drivers.png where :meth:`watch` has not seen enough samples for it."""
+        self._begin(draw_distributions, study, nominal)
+        if not self._has_drivers:
+            self._draw_drivers(study, self._directory.read(rows=RANKED))
+
+    def finish(self) -> None:
+        """Wait for the pictures; raises what stopped one of them."""
+        for picture in self._pictures:
+            picture.result()
+
+    def _draw_drivers(self, study: Study, first: pa.Table) -> None:
+        self._has_drivers = True
+        self._begin(draw_drivers, study, first)
+
+    def _begin(self, draw: Callable, *shown) -> None:
+        self._pictures.append(self._thread.submit(draw, self._directory, *shown))
+
+
+@contextmanager
+def run_pictures(directory: RunDirectory) -> Iterator[RunPictures]:
+    """The pictures of a run, all of them drawn when the context ends."""
+    with ThreadPoolExecutor(1) as thread:
+        pictures = RunPictures(directory, thread)
+        yield pictures
+        pictures.finish()
+
+
+def draw_motion(directory: RunDirectory, study: Study) -> None:
+    """nominal.png: the motion at the nominal dimensions."""
+    from tolmc.pictures import plots
+
+    figure = plots.draw_trajectory(study_motion(study), study.scene, title=f"{study.title}: nominal motion")
+    directory.write_file("nominal.png", partial(plots.save, figure))
+
+
+def draw_drivers(directory: RunDirectory, study: Study, first: pa.Table) -> None:
+    """drivers.png: what drives which output, from the first samples."""
+    from tolmc.pictures import plots
+
+    varied = [dimension.name for dimension in study.tolerances.varied]
+    shown = [*varied, *(name for name in units.OUTPUTS if name in first.column_names)]
+    figure = plots.draw_drivers(first.select(shown).to_pandas(), varied, title=study.title)
+    directory.write_file("drivers.png", partial(plots.save, figure))
+
+
+def draw_distributions(directory: RunDirectory, study: Study, nominal: dict[str, float | str]) -> None:
+    """distributions.png: histograms of all samples."""
+    from tolmc.pictures import plots
+
+    samples = Columns(directory.read)
+    outputs = [name for name in units.OUTPUTS if name in samples]
+    shown = [name for name in plots.DISTRIBUTIONS if name in samples] or outputs[:1]
+    figure = plots.draw_distributions(
+        samples, shown, nominal=nominal, specification=study.specification, title=study.title
+    )
+    directory.write_file("distributions.png", partial(plots.save, figure))

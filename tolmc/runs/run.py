@@ -1,0 +1,399 @@
+"""The Monte Carlo driver: blocks of samples over workers, their statistics, runs that survive.
+
+A block draws its own samples, integrates them and comes back as columns, so everything but writing runs in parallel. One
+plan of integration, made from the study alone, holds for all samples: no sample depends on the block it is in.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import asdict, dataclass, field
+from functools import cached_property, partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from tolmc import units
+from tolmc.errors import ClusterError, InputError
+from tolmc.mechanism.scene import SCALARS, Scene
+from tolmc.runs import directory as run_directory
+from tolmc.runs.crew import Crew, crew
+from tolmc.runs.directory import RunDirectory, RunDirectoryError
+from tolmc.runs.nominal import study_motion
+from tolmc.runs.pictures import RunPictures, run_pictures
+from tolmc.runs.progress import progress
+from tolmc.runs.until import Sequential, looks_of, outcome, sample_study
+from tolmc.simulation.ensemble import (
+    GEOMETRY_OUTPUTS,
+    STATUSES,
+    Plan,
+    Trajectory,
+    integrate_columns,
+    plan_integration,
+    scene_outputs,
+)
+from tolmc.statistics import summary as statistics
+from tolmc.statistics.columns import Columns
+from tolmc.study.study import Study, StudyError, load_study
+from tolmc.tolerances.dimension import sample
+
+#: Samples in a block, at most: about a tenth of a second of work and a few megabytes of results.
+LARGEST_BLOCK = 16_384
+# A multiple of the lanes that run together, so that few of them idle.
+_BLOCK_STEP = 256
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """What a run found.
+
+    Attributes
+    ----------
+    study : Study
+        With the number of samples and the seed of this run.
+    plan : Plan
+        How the motions were integrated.
+    nominal : dict
+        Outputs at the nominal dimensions, SI units.
+    sequential : Sequential or None
+        How sampling ended, for a study with ``until``: at which number, and whether the interval was narrow enough.
+    summary : DataFrame
+        A row an output, SI units: :func:`tolmc.statistics.summary.summarise`. Its intervals, and those of the next two, are
+        95 % intervals; those of a sequential run are wider, to hold at 95 % whichever look the run stops at.
+    requirements, statuses : DataFrame
+        :func:`tolmc.statistics.summary.summarise_requirements` and :func:`tolmc.statistics.summary.count_statuses`.
+    samples : DataFrame
+        A row a sample; read from the run directory on first use.
+    directory : Path or None
+        Where the run was written.
+    elapsed : float
+        Seconds from the call to the summary.
+    """
+
+    study: Study
+    plan: Plan
+    nominal: dict[str, float | str]
+    sequential: Sequential | None
+    summary: pd.DataFrame
+    requirements: pd.DataFrame
+    statuses: pd.DataFrame
+    directory: Path | None
+    elapsed: float
+    read: Callable[..., pa.Table] = field(repr=False)
+
+    @cached_property
+    def samples(self) -> pd.DataFrame:
+        return self.read().to_pandas()
+
+
+def run(
+    study: Study | str | Path,
+    *,
+    samples: int | None = None,
+    seed: int | None = None,
+    workers: int | None = None,
+    out: str | Path | None = None,
+    cluster: str | None = None,
+) -> StudyResult:
+    """Sample the dimensions of a study, integrate every sample, and summarise the outputs.
+
+    Sample i depends on the seed and i alone (Latin hypercube: on the number of samples too): the results are bitwise
+    equal for any number of workers, any block size, and on a cluster of like machines.
+
+    Parameters
+    ----------
+    study : Study or path
+        With ``until``, samples are drawn until its interval is narrow enough, at most ``study.samples``.
+    samples, seed, workers : int, optional
+        In place of those of the study; ``samples`` in place of its ``until`` too.
+    out : path, optional
+        Run directory to write (:mod:`tolmc.runs.directory`); without it nothing is written.
+    cluster : str, optional
+        Address of a Dask scheduler on whose workers the blocks run, such as "tcp://host:8786".
+
+    Raises
+    ------
+    StudyError, RunDirectoryError, ClusterError
+        When the study, the directory or the cluster cannot be used; nothing is written then.
+    """
+    began = time.perf_counter()
+    study = study if isinstance(study, Study) else load_study(study)
+    study = study.replaced(samples=samples, seed=seed, workers=workers)
+    plan = _plan(study)
+    with crew(study.workers, cluster) as workforce:
+        block = _block_size(study.samples, workforce.size)
+        if out is None:
+            return _run_in_memory(study, plan, workforce, block, began)
+        most = None
+        if study.until is not None:
+            most, study = study.samples, study.replaced(samples=looks_of(study).start)
+        with run_directory.create(out, study, block=block, plan=_record_of(plan), most_samples=most) as directory:
+            return _run_into(directory, study, plan, workforce, began)
+
+
+def resume(
+    directory: str | Path,
+    *,
+    study: Study | str | Path | None = None,
+    extend: int = 0,
+    workers: int | None = None,
+    cluster: str | None = None,
+) -> StudyResult:
+    """Go on with a stopped run, or add ``extend`` samples to a finished one.
+
+    The outcome is bitwise equal to that of a run that was never stopped. ``study``, where given, must be the run's own.
+    A sequential run goes on until its interval is narrow enough; once finished it gets just the samples asked for.
+
+    Raises
+    ------
+    RunDirectoryError
+        When the directory holds no run, is damaged or in use, belongs to another study, or cannot be extended.
+    """
+    began = time.perf_counter()
+    if study is not None and not isinstance(study, Study):
+        study = load_study(study)
+    with run_directory.reopen(directory, study=study, extend=extend) as opened:
+        study, plan = opened.study().replaced(workers=workers), _recorded_plan(opened)
+        with crew(study.workers, cluster) as workforce:
+            return _run_into(opened, study, plan, workforce, began)
+
+
+def default_directory(study: str | Path) -> Path:
+    """``runs/<study name>``, with a number behind it where that is taken."""
+    first = Path("runs") / Path(study).stem
+    directory, number = first, 1
+    while directory.exists():
+        number += 1
+        directory = first.with_name(f"{first.name}-{number}")
+    return directory
+
+
+def replay(directory: str | Path, index: int) -> tuple[Study, Scene, Trajectory, dict]:
+    """Sample ``index`` of a run once more: its study, scene, full trajectory, and its row in the run.
+
+    Raises
+    ------
+    RunDirectoryError
+        When the directory holds no run, or no such sample.
+    InputError
+        When the sample's geometry is invalid, so that it has no motion.
+    """
+    opened = run_directory.read(directory)
+    study, row = opened.study(), opened.row(index)
+    try:
+        scalars = study.with_inertia({name: row[name] for name in SCALARS if name in row})
+        scene = study.scene.replaced(**{name: float(value) for name, value in scalars.items()})
+    except ValueError as error:
+        raise InputError(f"sample {index} of {directory} has no motion: {error}") from None
+    return study, scene, study_motion(study, scene), row
+
+
+def _plan(study: Study) -> Plan:
+    try:
+        return plan_integration(
+            study.scene,
+            {dimension.name: (dimension.lower, dimension.upper) for dimension in study.tolerances.dimensions},
+            step=study.step if _integrates(study) else study.scene.duration,
+            method=study.method,
+            formulation=study.formulation,
+            accuracy=study.integration_accuracy,
+            outputs=study.outputs,
+            on_contact_loss=study.on_contact_loss,
+            project_energy=study.project_energy,
+            halving=study.halving,
+        )
+    except ValueError as error:
+        raise StudyError(f"{study.title}: {error}") from None
+
+
+def _integrates(study: Study) -> bool:
+    """Whether any output needs the motion."""
+    return study.outputs is None or not set(study.outputs) <= set(GEOMETRY_OUTPUTS)
+
+
+def _record_of(plan: Plan) -> dict:
+    # JSON has neither NaN nor infinity: what is left out takes its default again, infinity is a word.
+    return {name: "Infinity" if value == math.inf else value for name, value in asdict(plan).items() if value == value}
+
+
+def _recorded_plan(directory: RunDirectory) -> Plan:
+    plan = directory.record["plan"]
+    try:
+        return Plan(**{**plan, "pilot_error": float(plan.get("pilot_error", math.nan))})
+    except TypeError as error:
+        raise RunDirectoryError(
+            f"{directory.path} was begun by tolmc {directory.record['versions'].get('tolmc')}, whose plan of integration this "
+            f"one does not know ({error}). Go on with that version, or run the study into a new directory."
+        ) from None
+
+
+def _integrate(study: Study, plan: Plan, dimensions: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Columns of the dimensions and of what their motions give; ``status`` as places in simulation.STATUSES."""
+    inputs = {name: dimensions[name].to_numpy() for name in dimensions}
+    outputs = integrate_columns(
+        study.scene, study.with_inertia(inputs), len(dimensions), plan=plan,
+        outputs=study.outputs or scene_outputs(plan, study.project_energy),
+        on_contact_loss=study.on_contact_loss, project_energy=study.project_energy,
+    )  # fmt: skip
+    return {**inputs, **outputs}
+
+
+def _block(study: Study, plan: Plan, start: int, count: int) -> pa.Table:
+    """Samples ``start`` ... ``start + count - 1``: drawn, integrated, as columns."""
+    dimensions = sample(
+        study.tolerances, count, sampling=study.sampling, seed=study.seed, start=start, total=study.samples
+    )
+    columns = _integrate(study, plan, dimensions)
+    columns["status"] = _words(columns["status"])
+    # Declared to have no nulls (a missing number is NaN), columns are written and read without a mask.
+    fields = [pa.field(name, getattr(column, "type", pa.float64()), nullable=False) for name, column in columns.items()]
+    return pa.table(columns, schema=pa.schema(fields))
+
+
+def _words(codes: np.ndarray) -> pa.DictionaryArray:
+    """Statuses as a dictionary of those that occur, in alphabetical order."""
+    present = sorted(np.flatnonzero(np.bincount(codes)), key=STATUSES.__getitem__)
+    place = np.zeros(len(STATUSES), np.int8)
+    place[present] = np.arange(len(present))
+    return pa.DictionaryArray.from_arrays(place[codes], [STATUSES[code] for code in present])
+
+
+def _block_size(samples: int, workers: int) -> int:
+    """Small enough for several blocks a worker, large enough to be worth its overhead."""
+    share = -(-samples // (4 * workers * _BLOCK_STEP)) * _BLOCK_STEP
+    return min(share, LARGEST_BLOCK)
+
+
+def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began: float) -> StudyResult:
+    tables: list[pa.Table] = []
+
+    def read(columns: list[str] | None = None, rows: int | None = None) -> pa.Table:
+        chosen = tables[0] if columns is None else tables[0].select(columns)
+        return chosen if rows is None else chosen.slice(0, rows)
+
+    def draw(count: int) -> Columns:
+        done = sum(table.num_rows for table in tables)
+        calls = ((study, plan, start, min(block, count - start)) for start in range(done, count, block))
+        with progress(study.title, count, done) as counted, closing(workforce.map(_block, calls)) as computed:
+            tables[:] = [pa.concat_tables([*tables, *counted(computed)]).unify_dictionaries()]
+        return Columns(partial(read, rows=count))
+
+    sequential = None
+    if study.until is None:
+        draw(study.samples)
+    else:
+        sequential = sample_study(study, draw)
+        study = study.replaced(samples=sequential.found.count)
+    return _result(study, plan, _nominal_outputs(study, plan), sequential, read, None, began)
+
+
+def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, began: float) -> StudyResult:
+    try:
+        with run_pictures(directory) as pictures:
+            if _integrates(study):
+                pictures.draw_motion(study)
+            sequential = _compute(directory, study, plan, workforce, pictures)
+            study = study.replaced(samples=directory.record["samples"])
+            nominal = _nominal_outputs(study, plan)
+            pictures.draw_samples(study, nominal)
+            result = _result(study, plan, nominal, sequential, directory.read, directory.path, began)
+        directory.write_text("summary.csv", result.summary.to_csv())
+        directory.write_text("requirements.csv", result.requirements.to_csv())
+        stop = {} if sequential is None else {"stopped_at": sequential.found.count}
+        directory.finish(seconds=round(time.perf_counter() - began, 3), **stop)
+    except (OSError, KeyboardInterrupt, ClusterError) as error:
+        error.add_note(f"Finished blocks are kept; go on with: tolmc run --resume {directory.path}")
+        raise
+    return result
+
+
+def _compute(
+    directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, pictures: RunPictures
+) -> Sequential | None:
+    """All samples of a run in samples.parquet; of a sequential one, as many as it takes."""
+
+    def draw(count: int) -> Columns:
+        directory.grow(count)
+        _compute_blocks(directory, study.replaced(samples=directory.record["samples"]), plan, workforce, pictures)
+        return Columns(partial(directory.read, rows=count))
+
+    asked, stopped_at = directory.sequential_study(), directory.record.get("stopped_at")
+    if asked is not None and stopped_at is None:
+        return sample_study(asked, draw)
+    draw(directory.record["samples"])
+    return None if asked is None else outcome(asked, Columns(partial(directory.read, rows=stopped_at)))
+
+
+def _compute_blocks(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, pictures: RunPictures) -> None:
+    """samples.parquet with all samples; blocks that are on the disk already are not computed again."""
+    blocks = directory.blocks()
+    missing = {start: count for start, count in blocks if not directory.has_block(start)}
+    calls = ((study, plan, start, count) for start, count in missing.items())
+
+    def in_order(computed: Iterator[pa.Table]) -> Iterator[pa.Table]:
+        for start, count in blocks:
+            if start in missing:
+                table = next(computed)
+                directory.write_block(start, table)
+                yield table
+            else:
+                yield directory.read_block(start, count)
+
+    if blocks:
+        done = study.samples - sum(missing.values())
+        with progress(study.title, study.samples, done) as counted, closing(workforce.map(_block, calls)) as computed:
+            tables = in_order(counted(computed))
+            directory.write_samples(pictures.watch(tables, study) if blocks[0][0] == 0 else tables)
+
+
+def _result(
+    study: Study,
+    plan: Plan,
+    nominal: dict[str, float | str],
+    sequential: Sequential | None,
+    read: Callable[..., pa.Table],
+    directory: Path | None,
+    began: float,
+) -> StudyResult:
+    samples, specification = Columns(read), study.specification
+    outputs = [name for name in units.OUTPUTS if name in samples]
+    drawn = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
+    if sequential is not None:
+        drawn["confidence"] = sequential.looks.look_confidence
+    judged = statistics.out_of_specification(samples, specification, on_contact_loss=study.on_contact_loss)
+    judging = {"specification": specification, "on_contact_loss": study.on_contact_loss, "judged": judged}
+    accuracies = _integration_errors(plan, nominal, outputs)
+    summary = statistics.summarise(
+        samples, outputs=outputs, accuracies=accuracies, workers=study.workers, **judging, **drawn
+    )
+    summary.insert(0, "unit", [units.SI[name] for name in summary.index])
+    return StudyResult(
+        study=study,
+        plan=plan,
+        nominal=nominal,
+        sequential=sequential,
+        summary=summary,
+        requirements=statistics.summarise_requirements(samples, **judging, **drawn),
+        statuses=statistics.count_statuses(samples, **drawn),
+        directory=directory,
+        elapsed=time.perf_counter() - began,
+        read=read,
+    )
+
+
+def _nominal_outputs(study: Study, plan: Plan) -> dict[str, float | str]:
+    row = pd.DataFrame([{dimension.name: dimension.nominal for dimension in study.tolerances.dimensions}])
+    columns = {name: column[0] for name, column in _integrate(study, plan, row).items()}
+    return {**columns, "status": STATUSES[columns["status"]]}
+
+
+def _integration_errors(plan: Plan, nominal: dict, outputs: list[str]) -> dict[str, float]:
+    """The pilot's error, relative to the larger contact-force maximum and to 1 rad, in the outputs' units."""
+    peaks = [abs(nominal[name]) for name in ("contact_force_D_max", "contact_force_E_max") if name in nominal]
+    scales = {name: max(peaks, default=0.0) for name in outputs if name.startswith("contact_force")}
+    return {name: plan.pilot_error * scale for name, scale in {**scales, "tilt_max": 1.0}.items()}

@@ -1,0 +1,1 @@
+"""From scenes to numbers: the only gate into the kernels."""

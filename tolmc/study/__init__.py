@@ -1,0 +1,1 @@
+"""From a study file (TOML) to a validated study."""

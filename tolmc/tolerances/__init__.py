@@ -1,0 +1,1 @@
+"""From dimensions with tolerances to samples of them."""

@@ -1,0 +1,459 @@
+"""Dimensions with tolerances, their correlation and lots -> samples of the dimensions.
+
+Every sample goes the same way: a point of the unit cube (a coordinate for each varied dimension) -> standard
+normal scores -> lots and correlation (a Gaussian copula) -> the dimensions' distributions. What has no
+tolerance consumes no coordinate and stays exactly at its nominal value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from operator import index
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from scipy import special
+
+from tolmc.mechanism.checks import finite_number, set_frozen
+from tolmc.mechanism.scene import SCALARS
+from tolmc.tolerances import fits
+from tolmc.tolerances import unit_cube as _sampling
+from tolmc.tolerances.correlation import Pairs, combine, correlation_matrix, is_semidefinite, lower_factor, worst_pair
+from tolmc.tolerances.distributions import Distribution, Normal
+
+SCRAMBLINGS = _sampling.SCRAMBLINGS
+
+_POSITIVE = ("bearing_radius", "journal_radius", "half_length", "mass")
+
+# Halves of what a drawing gives and ISO 286 tolerates: bore, journal diameter, bearing length.
+_HALVES = ("bearing_radius", "journal_radius", "half_length")
+
+# Shares below the natural tolerance limits: +-3 sigma of a normal distribution.
+_NATURAL = np.array([0.00135, 0.99865])
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A scalar of the scene with its limits and what it follows between them. SI units.
+
+    Parameters
+    ----------
+    name : str
+        One of :data:`tolmc.mechanism.scene.SCALARS`.
+    nominal : float
+        Value of the nominal motion, and of every sample without a tolerance; may lie outside the limits.
+    lower, upper : float, optional
+        Limits (values, not deviations). Without them, and for ``lower == upper == nominal``, there is no
+        tolerance, unless the distribution has a scale of its own (measured data, scipy.stats): the limits are
+        then its natural ones, the quantiles 0.135 % and 99.865 %.
+    distribution : Distribution
+        Normal with Cp = 1, truncated at the limits, when not given.
+    lot_share : float, optional
+        Share of the variance that lies between lots, 0 to 1 (of the standard normal score, which for a normal
+        dimension is the same).
+    lot_sd : float, optional
+        Standard deviation between lots, in the dimension's unit; in place of `lot_share` = (lot_sd/sd)^2.
+    toleranced_size : str, optional
+        Size and ISO 286 tolerance class of the diameter (of the bearing's length 2 L), such as "40 H7", when
+        the limits come from it.
+
+    Raises
+    ------
+    ValueError, TypeError
+        The message names the dimension, the value, what is allowed and what to do.
+    """
+
+    name: str
+    nominal: float
+    lower: float | None = None
+    upper: float | None = None
+    distribution: Distribution = field(default_factory=Normal)
+    lot_share: float | None = None
+    lot_sd: float | None = None
+    toleranced_size: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.name not in SCALARS:
+            raise ValueError(f"Dimension: {self.name!r} is unknown; allowed: {', '.join(SCALARS)}.")
+        if not isinstance(self.distribution, Distribution):
+            raise TypeError(
+                f"{self._owner}: distribution must be one of tolmc.tolerances.distributions, got {self.distribution!r}."
+            )
+        set_frozen(self, nominal=finite_number(self._owner, "nominal", self.nominal), **self._limits())
+        self._check_limits()
+        if self.toleranced_size is not None:
+            self._check_toleranced_size()
+        if self.is_varied:
+            self.distribution.check(self)
+        self._check_lots()
+
+    @property
+    def _owner(self) -> str:
+        return f"Dimension {self.name}"
+
+    def _limits(self) -> dict[str, float]:
+        names = ("lower", "upper")
+        if (self.lower is None) != (self.upper is None):
+            raise ValueError(f"{self._owner}: only one limit is given; give lower and upper, or neither.")
+        if self.lower is not None:
+            return {name: finite_number(self._owner, name, getattr(self, name)) for name in names}
+        if self.distribution.stands_alone:
+            return dict(zip(names, self.ppf(_NATURAL).tolist(), strict=True))
+        return {name: finite_number(self._owner, "nominal", self.nominal) for name in names}
+
+    def _check_limits(self) -> None:
+        if self.lower > self.upper:
+            raise ValueError(
+                f"{self._owner}: lower = {self.lower!r} is above upper = {self.upper!r}; exchange the limits."
+            )
+        if not self.is_varied and self.lower != self.nominal:
+            raise ValueError(
+                f"{self._owner}: lower = upper = {self.lower!r} differs from nominal = {self.nominal!r}; "
+                "allowed: the three equal, for no tolerance. Give the nominal that value, or a tolerance."
+            )
+        if self.name in _POSITIVE and min(self.lower, self.nominal) <= 0:
+            raise ValueError(
+                f"{self._owner}: nominal = {self.nominal!r}, limits {self.lower!r} to {self.upper!r}; "
+                "allowed: > 0. Check the units and the signs of the deviations."
+            )
+
+    def _check_toleranced_size(self) -> None:
+        limits = _class_limits(self.name, self.toleranced_size)
+        if not np.allclose((self.lower, self.upper), limits, rtol=1e-12, atol=0.0):
+            raise ValueError(
+                f"{self._owner}: lower = {self.lower!r}, upper = {self.upper!r} are not the limits of its "
+                f"toleranced_size {self.toleranced_size!r}; allowed: {limits[0]!r} and {limits[1]!r}. Leave "
+                "toleranced_size out (None) when the limits are others."
+            )
+
+    def _check_lots(self) -> None:
+        if self.lot_share is not None and self.lot_sd is not None:
+            raise ValueError(f"{self._owner}: lot_share and lot_sd are given; leave one out.")
+        for name, largest in (("lot_share", 1.0), ("lot_sd", self.sd if self.lot_sd is not None else 0.0)):
+            if getattr(self, name) is None:
+                continue
+            value = finite_number(self._owner, name, getattr(self, name))
+            if not 0 <= value <= largest and self.is_varied:
+                raise ValueError(
+                    f"{self._owner}: {name} = {value!r} is out of range; allowed: 0 to {largest!r}, the "
+                    "whole variation. Reduce it, or widen the tolerance."
+                )
+            set_frozen(self, **{name: value})
+
+    @property
+    def is_varied(self) -> bool:
+        """Whether samples differ in this dimension."""
+        return self.distribution.stands_alone or self.upper > self.lower
+
+    @property
+    def between_lots(self) -> float:
+        """Share of the variance between lots."""
+        if self.lot_sd is None or not self.is_varied:
+            return self.lot_share or 0.0
+        return (self.lot_sd / self.sd) ** 2
+
+    @property
+    def mean(self) -> float:
+        """Mean of the samples."""
+        return self.distribution.moments(self)[0] if self.is_varied else self.nominal
+
+    @property
+    def sd(self) -> float:
+        """Standard deviation of the samples."""
+        return self.distribution.moments(self)[1] if self.is_varied else 0.0
+
+    def ppf(self, u: ArrayLike):
+        """Value below which the share u of the samples lies, 0 < u < 1."""
+        p = np.asarray(u, float)
+        return self.quantile(p, 1.0 - p)[()]
+
+    def quantile(self, p: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """:meth:`ppf` of p, given q = 1 - p too, which keeps the precision of the upper tail."""
+        return self.distribution.quantile(p, q, self) if self.is_varied else np.full(np.shape(p), self.nominal)
+
+    @classmethod
+    def symmetric(cls, name: str, nominal: float, tolerance: float, **options) -> Dimension:
+        """nominal +- tolerance; `options` as in the class."""
+        tolerance = finite_number(f"Dimension {name}", "tolerance", tolerance)
+        if tolerance < 0:
+            raise ValueError(f"Dimension {name}: tolerance = {tolerance!r} is out of range; allowed: >= 0.")
+        return cls.from_deviations(name, nominal, -tolerance, tolerance, **options)
+
+    @classmethod
+    def from_deviations(cls, name: str, nominal: float, lower: float, upper: float, **options) -> Dimension:
+        """nominal with lower and upper deviation, such as -0.03e-3 and 0; `options` as in the class."""
+        owner = f"Dimension {name}"
+        nominal = finite_number(owner, "nominal", nominal)
+        lower, upper = finite_number(owner, "lower deviation", lower), finite_number(owner, "upper deviation", upper)
+        return cls(name, nominal, nominal + lower, nominal + upper, **options)
+
+    @classmethod
+    def from_limits(cls, name: str, lower: float, upper: float, **options) -> Dimension:
+        """Limits alone; the nominal is their middle. `options` as in the class."""
+        owner = f"Dimension {name}"
+        lower, upper = finite_number(owner, "lower", lower), finite_number(owner, "upper", upper)
+        return cls(name, lower + (upper - lower) / 2, lower, upper, **options)
+
+    @classmethod
+    def from_tolerance_class(cls, name: str, designation: str, **options) -> Dimension:
+        """A radius or half-length from the size on the drawing, such as ``"40 H7"`` for bearing_radius.
+
+        The nominal is the middle of the limits: equal basic sizes of hole and shaft leave no clearance.
+        """
+        return cls.from_limits(name, *_class_limits(name, designation), toleranced_size=designation, **options)
+
+    @classmethod
+    def from_fit(cls, designation: str, **options) -> tuple[Dimension, Dimension]:
+        """bearing_radius and journal_radius of an ISO 286 fit such as ``"40 H7/d9"``.
+
+        The nominals are the middles of the limits: the fit's nominal diameter, common to both, leaves no
+        clearance. `options` as in the class, for both.
+        """
+        hole, shaft = fits.fit(designation).toleranced_sizes
+        return (
+            cls.from_tolerance_class("bearing_radius", hole, **options),
+            cls.from_tolerance_class("journal_radius", shaft, **options),
+        )
+
+
+def _class_limits(name: str, designation: str) -> tuple[float, float]:
+    """Limits of a radius or half-length, m: half of those of the toleranced size."""
+    if name not in _HALVES:
+        raise ValueError(
+            f"Dimension {name}: the tolerance class {designation!r} is for a size; allowed: for "
+            f"{', '.join(_HALVES)}. Give limits instead."
+        )
+    _, lower, upper = fits.size_limits(designation)
+    return lower / 2, upper / 2
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """The dimensions of a study, how they correlate, and their lots.
+
+    Parameters
+    ----------
+    dimensions : sequence of Dimension
+        Each scalar once.
+    correlation : mapping of name pairs, or (k, k) matrix in the order of `dimensions`, optional
+        Correlation rho of the standard normal scores (Gaussian copula): Pearson's for normal dimensions; for
+        any, Spearman's is (6/pi) asin(rho/2). Entries of dimensions without tolerance have no effect.
+    lot_size : int, optional
+        Parts in a lot; needed when a dimension varies between lots. The parts of a lot share its shift; every
+        dimension's distribution and the correlations are those without lots.
+
+    Raises
+    ------
+    ValueError, TypeError
+        The message names the dimension or the pair, the value, what is allowed and what to do.
+    """
+
+    dimensions: tuple[Dimension, ...]
+    correlation: Pairs | ArrayLike | None = None
+    lot_size: int | None = None
+
+    def __post_init__(self) -> None:
+        set_frozen(self, dimensions=tuple(self.dimensions))
+        for dimension in self.dimensions:
+            if not isinstance(dimension, Dimension):
+                raise TypeError(f"Tolerances: dimensions must be Dimension objects, got {dimension!r}.")
+        for k, name in enumerate(self.names):
+            if name in self.names[:k]:
+                raise ValueError(f"Tolerances: dimension {name} is given twice; leave one out.")
+        if self.correlation is not None:
+            matrix = correlation_matrix(self.names, self.correlation)
+            set_frozen(self, correlation=tuple(map(tuple, matrix.tolist())))
+        if self.lot_size is not None:
+            set_frozen(self, lot_size=_lot_size(self.lot_size))
+        self._check_lots()
+
+    def _check_lots(self) -> None:
+        if self.lot_size is None and self._between_lots.any():
+            name = self.varied[int(np.argmax(self._between_lots))].name
+            raise ValueError(f"Tolerances: {name} varies between lots, but lot_size is missing; give it.")
+        if not is_semidefinite(self._within_lots):
+            a, b = worst_pair([dimension.name for dimension in self.varied], self._within_lots)
+            raise ValueError(
+                f"Tolerances: the correlation of {a} and {b} cannot be met, as one varies mostly between "
+                "lots and the other mostly within; give them closer lot shares, or a smaller correlation."
+            )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all dimensions, varied or not: the columns of a sample."""
+        return tuple(dimension.name for dimension in self.dimensions)
+
+    @cached_property
+    def varied(self) -> tuple[Dimension, ...]:
+        """The dimensions with a tolerance: the coordinates of a sample."""
+        return tuple(dimension for dimension in self.dimensions if dimension.is_varied)
+
+    @cached_property
+    def _between_lots(self) -> np.ndarray:
+        return np.array([dimension.between_lots for dimension in self.varied])
+
+    @property
+    def lot_correlation(self) -> float:
+        """Bound on the correlation of anything in two parts of a lot, 0 to 1.
+
+        Of functions of jointly normal variables none are correlated more than the variables in their most correlated
+        combination; for independent dimensions that is the largest share of a variance between lots.
+        """
+        largest = float(self._between_lots.max(initial=0.0))
+        return 1.0 if largest > 0.0 and self._copula is not None else largest
+
+    @cached_property
+    def _scores(self) -> np.ndarray:
+        """Correlation matrix of the varied dimensions' standard normal scores."""
+        if self.correlation is None:
+            return np.eye(len(self.varied))
+        varied = [k for k, dimension in enumerate(self.dimensions) if dimension.is_varied]
+        return np.array(self.correlation)[np.ix_(varied, varied)]
+
+    @cached_property
+    def _within_lots(self) -> np.ndarray:
+        """Covariance of the scores within lots; between lots it is s_i s_j rho_ij, s_i^2 the shares."""
+        lot_sd = np.sqrt(self._between_lots)
+        return self._scores * (1.0 - np.outer(lot_sd, lot_sd))
+
+    @cached_property
+    def _copula(self) -> np.ndarray | None:
+        """Factor of the scores' correlation matrix; None: independent."""
+        return lower_factor(self._scores) if np.tril(self._scores, -1).any() else None
+
+    @cached_property
+    def _lots(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Factors of the covariances within and between lots; None: no lots."""
+        if not self._between_lots.any():
+            return None
+        lot_sd = np.sqrt(self._between_lots)
+        return lower_factor(self._within_lots), lot_sd[:, None] * lower_factor(self._scores)
+
+
+def _lot_size(value) -> int:
+    try:
+        size = index(value)
+    except TypeError:
+        raise TypeError(f"Tolerances: lot_size must be a whole number, got {value!r}.") from None
+    if size < 1:
+        raise ValueError(f"Tolerances: lot_size = {size} is out of range; allowed: 1 or more.")
+    return size
+
+
+def unit_points(
+    tolerances: Tolerances, count: int, *, sampling: str, seed: int, start: int = 0, total: int | None = None
+) -> np.ndarray:
+    """Rows start ... start + count - 1 of the points behind :func:`sample`, (count, varied dimensions).
+
+    0 < u < 1; parameters and errors as in :func:`tolmc.tolerances.unit_cube.cube_points`.
+    """
+    columns = len(tolerances.varied)
+    return _sampling.cube_points(columns, count, sampling=sampling, seed=seed, start=start, total=total)
+
+
+def from_unit(tolerances: Tolerances, u: np.ndarray) -> pd.DataFrame:
+    """Dimensions of points u (n, varied dimensions) of the unit cube, each a part of a lot of its own.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row a point, a column a dimension in their order, SI units. Coordinate j drives the j-th varied
+        dimension and, through correlations, those after it.
+
+    Raises
+    ------
+    ValueError
+        When u has another shape or leaves [0, 1].
+    """
+    u = _coordinates(tolerances, u)
+    if not np.all((u >= 0) & (u <= 1)):
+        raise ValueError("from_unit: u leaves the unit cube; allowed: 0 <= u <= 1, no NaN.")
+    u = np.clip(u, 2.0**-64, 1.0 - 2.0**-53)
+    if tolerances._copula is None:
+        return _frame(tolerances, u, 1.0 - u)
+    return _from_scores(tolerances, combine(tolerances._copula, special.ndtri(u)))
+
+
+def from_standard_normal(tolerances: Tolerances, z: np.ndarray) -> pd.DataFrame:
+    """Dimensions of independent standard normal scores z (n, varied dimensions).
+
+    The same as ``from_unit(tolerances, Phi(z))``, but precise in both tails. The density of the inputs in
+    these coordinates is that of independent standard normal variables.
+
+    Raises
+    ------
+    ValueError
+        When z has another shape or is not finite.
+    """
+    z = _coordinates(tolerances, z)
+    if not np.all(np.isfinite(z)):
+        raise ValueError("from_standard_normal: z has entries that are not finite; allowed: finite numbers.")
+    return _from_scores(tolerances, z if tolerances._copula is None else combine(tolerances._copula, z))
+
+
+def sample(
+    tolerances: Tolerances, count: int, *, sampling: str, seed: int, start: int = 0, total: int | None = None
+) -> pd.DataFrame:
+    """Rows start ... start + count - 1 of a sample of the dimensions.
+
+    Row i depends on the seed and i alone (Latin hypercube: on the total as well), bit for bit, and needs no
+    row before it. With lots, the rows of a lot depend on each other: see :func:`lot_numbers`.
+
+    Parameters
+    ----------
+    count, start : int
+        Number of rows and index of the first.
+    sampling : {"random", "latin_hypercube", "sobol"}
+        See :mod:`tolmc.tolerances.unit_cube`.
+    seed : int
+        0 or more.
+    total : int, optional
+        Rows of the whole run, for "latin_hypercube".
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row a sample, a column a dimension in their order, SI units.
+    """
+    u = unit_points(tolerances, count, sampling=sampling, seed=seed, start=start, total=total)
+    if tolerances._lots is None or len(u) == 0:
+        return from_unit(tolerances, u)
+    lots = lot_numbers(tolerances, count, sampling=sampling, start=start)
+    shift = special.ndtri(_sampling.lot_rows(len(tolerances.varied), lots, seed))
+    within, between = tolerances._lots
+    return _from_scores(tolerances, combine(within, special.ndtri(u)) + combine(between, shift))
+
+
+def lot_numbers(tolerances: Tolerances, count: int, *, sampling: str, start: int = 0) -> np.ndarray:
+    """Lot of each of the rows start ... start + count - 1, (count,); without lots every row is its own.
+
+    Row i is in lot i // lot_size; in a Sobol' run lots are counted within each scrambling, so that the
+    scramblings stay independent.
+    """
+    return _sampling.lot_numbers(tolerances.lot_size or 1, count, sampling=sampling, start=start)
+
+
+def _coordinates(tolerances: Tolerances, values) -> np.ndarray:
+    values = np.asarray(values, float)
+    columns = len(tolerances.varied)
+    if values.ndim != 2 or values.shape[1] != columns:
+        raise ValueError(
+            f"Tolerances: coordinates have the shape {values.shape}; allowed: (n, {columns}), a column for "
+            f"each of {', '.join(dimension.name for dimension in tolerances.varied) or 'no dimensions'}."
+        )
+    return values
+
+
+def _from_scores(tolerances: Tolerances, z: np.ndarray) -> pd.DataFrame:
+    # Past 1e-300 the quantiles of unbounded distributions would be infinite.
+    return _frame(tolerances, *(np.maximum(special.ndtr(x), 1e-300) for x in (z, -z)))
+
+
+def _frame(tolerances: Tolerances, p: np.ndarray, q: np.ndarray) -> pd.DataFrame:
+    """Values of all dimensions from the tail probabilities of the varied ones."""
+    values = {dimension.name: np.full(len(p), dimension.nominal) for dimension in tolerances.dimensions}
+    for k, dimension in enumerate(tolerances.varied):
+        values[dimension.name] = dimension.quantile(p[:, k], q[:, k])
+    return pd.DataFrame(values)
