@@ -48,8 +48,8 @@ def crew(workers: int, cluster: str | None = None) -> Iterator[Crew]:
         yield Crew(workers, "threading")
         return
     try:
-        from tolmc.runs.dask import cluster_crew
+        from tolmc.runs.dask import cluster_backend
     except ImportError:
         raise ClusterError('a cluster needs Dask: pip install "tolmc[cluster]".') from None
-    with cluster_crew(cluster) as started:
-        yield started
+    with cluster_backend(cluster) as (size, backend):
+        yield Crew(size, backend)

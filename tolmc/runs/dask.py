@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
 
@@ -9,7 +10,6 @@ from dask.distributed import Client
 from joblib._dask import DaskDistributedBackend
 
 from tolmc.errors import ClusterError
-from tolmc.runs.crew import Crew
 
 _CONNECT_SECONDS = 10
 
@@ -39,8 +39,8 @@ class _Client(Client):
 
 
 @contextmanager
-def cluster_crew(address: str):
-    """All workers of the Dask cluster whose scheduler is at ``address``, such as "tcp://host:8786".
+def cluster_backend(address: str) -> Iterator[tuple[int, DaskDistributedBackend]]:
+    """Number and joblib backend of all workers of the Dask cluster whose scheduler is at ``address``, such as "tcp://host:8786".
 
     Raises
     ------
@@ -57,4 +57,4 @@ def cluster_crew(address: str):
         size = sum(client.ncores().values())
         if size == 0:
             raise ClusterError(f"the Dask cluster at {address!r} has no workers; start some with `dask worker`.")
-        yield Crew(size, _Backend(client=client))
+        yield size, _Backend(client=client)
