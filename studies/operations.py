@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolmc.kernels import slope_symmetric
-from tolmc.kernels.runge_kutta import MOTION_ALONE, TABLEAUX
+from tolmc.kernels.formulations import slope_symmetric
+from tolmc.kernels.tableaux import MOTION_ALONE, TABLEAUX
 
 
 class Traced:

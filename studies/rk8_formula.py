@@ -37,8 +37,8 @@ from scipy.optimize import differential_evolution
 from study_tools import BLUE, GREY, ORANGE, STYLE, arguments, paper_joint, save, show
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels import slope_symmetric as slope
-from tolmc.kernels.runge_kutta import MOTION_ALONE
+from tolmc.kernels.formulations import slope_symmetric as slope
+from tolmc.kernels.tableaux import MOTION_ALONE
 from tolmc.mechanism import geometry
 
 #: c2, c5, c6, c8, c9, c10, c11 and a_12,7.

@@ -18,8 +18,8 @@ import pytest
 from scipy.integrate._ivp import dop853_coefficients as dop853
 
 import tolmc.kernels
-from tolmc.kernels import ensemble, jit, runge_kutta
-from tolmc.kernels.runge_kutta import CLASSICAL, DORMAND_PRINCE, MOTION_ALONE, TABLEAUX
+from tolmc.kernels import ensemble, jit, tableaux
+from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE, MOTION_ALONE, TABLEAUX
 
 SOURCES = Path(tolmc.kernels.__file__).parent
 FLAGS = ("general", "axial", "exact", "rk4", "load", "forces")
@@ -89,17 +89,18 @@ def test_the_cache_moves_when_any_kernel_source_changes(tmp_path):
     assert before == jit.source_hash(SOURCES)
     assert jit.cache_directory().name == f"numba-{before}"
     seen = {before}
-    files = sorted(copy.glob("*.py"))
-    assert {"ensemble.py", "jit.py", "parameters.py", "runge_kutta.py"} <= {file.name for file in files}
+    files = sorted(copy.rglob("*.py"))
+    assert {"jit.py", "parameters.py", "tableaux.py", "slope_axial.py"} <= {file.name for file in files}
     for file in files:
         source = file.read_text()
         file.write_text(source + "# changed\n")
         seen.add(jit.source_hash(copy))
         file.write_text(source)
         assert jit.source_hash(copy) == before
-    (copy / "new.py").write_text("")
-    seen.add(jit.source_hash(copy))
-    assert len(seen) == len(files) + 2
+    for new in (copy / "new.py", copy / "formulations" / "new.py"):
+        new.write_text("")
+        seen.add(jit.source_hash(copy))
+    assert len(seen) == len(files) + 3
 
 
 def test_the_place_of_the_cache_can_be_chosen(monkeypatch, tmp_path):
@@ -224,8 +225,8 @@ def test_the_midpoint_is_of_third_order():
 @pytest.mark.parametrize(
     ("tableau", "argument", "end"),
     [
-        (CLASSICAL, runge_kutta.stage_argument_rk4, runge_kutta.step_end_rk4),
-        (DORMAND_PRINCE, runge_kutta.stage_argument_rk8, runge_kutta.step_end_rk8),
+        (CLASSICAL, tableaux.stage_argument_rk4, tableaux.step_end_rk4),
+        (DORMAND_PRINCE, tableaux.stage_argument_rk8, tableaux.step_end_rk8),
     ],
     ids=["rk4", "rk8"],
 )
@@ -246,5 +247,5 @@ def test_sums_of_the_motion_alone_are_rows_of_its_tableau():
     rng = np.random.default_rng(1)
     y, k = rng.normal(size=size), rng.normal(size=(MOTION_ALONE.stages, size))
     rows = [*MOTION_ALONE.matrix, MOTION_ALONE.b]
-    for at, row in zip([*runge_kutta.MOTION_ARGUMENTS, runge_kutta.motion_end], rows, strict=True):
+    for at, row in zip([*tableaux.MOTION_ARGUMENTS, tableaux.motion_end], rows, strict=True):
         assert at(y, k.ravel(), size, m) == pytest.approx(y[m] + row @ k[:, m], rel=1e-13, abs=1e-13)

@@ -15,7 +15,7 @@ from twins import published_twin, slope_twin
 from tolmc import simulate, simulate_many
 from tolmc.kernels import parameters as P
 from tolmc.kernels import published
-from tolmc.kernels.runge_kutta import TABLEAUX
+from tolmc.kernels.tableaux import TABLEAUX
 from tolmc.mechanism.scene import SCALARS, Body, Joint, Loads, Motion, Scene
 from tolmc.simulation.ensemble import END_OUTPUTS
 

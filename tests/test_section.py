@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 from twins import section_twin as twin
 
-from tolmc.kernels import section
+from tolmc.kernels.formulations import exact_section as section
 from tolmc.mechanism import geometry
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "exact_section.json").read_text())

@@ -19,7 +19,7 @@ import numpy as np
 from tolmc.kernels import models
 from tolmc.kernels import parameters as P
 from tolmc.kernels.jit import device, inlined, kernel, routine
-from tolmc.kernels.runge_kutta import (
+from tolmc.kernels.tableaux import (
     CLASSICAL,
     DORMAND_PRINCE,
     MOTION_ARGUMENTS,

@@ -16,10 +16,10 @@ _INSTALLED = {"site-packages", "dist-packages"}
 
 
 def source_hash(folder: Path = _HERE) -> str:
-    """Hash of every kernel source in ``folder`` and of the compiler's version."""
+    """Hash of every kernel source in ``folder`` and the folders below it, and of the compiler's version."""
     digest = hashlib.sha256(nb.__version__.encode())
-    for path in sorted(folder.glob("*.py")):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
 
 

@@ -8,7 +8,7 @@ Numba does not compile the branches of what is None.
 
 from __future__ import annotations
 
-from tolmc.kernels import exact_general, exact_symmetric, slope_axial, slope_general, slope_symmetric
+from tolmc.kernels.formulations import exact_general, exact_symmetric, slope_axial, slope_general, slope_symmetric
 from tolmc.kernels.jit import device
 
 

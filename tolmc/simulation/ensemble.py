@@ -15,7 +15,7 @@ import pandas as pd
 
 from tolmc.kernels import ensemble, models, published
 from tolmc.kernels import parameters as P
-from tolmc.kernels.runge_kutta import TABLEAUX
+from tolmc.kernels.tableaux import TABLEAUX
 from tolmc.mechanism import geometry
 from tolmc.mechanism.checks import choice, positive_number
 from tolmc.mechanism.scene import SCALARS, Scene

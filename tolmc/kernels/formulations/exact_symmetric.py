@@ -1,4 +1,4 @@
-"""Body symmetric about its axis on the exact section: the equations of :mod:`section` in the form that blocks of lanes use.
+"""Symmetric body on the exact section: the equations of :mod:`exact_section` in the form that blocks of lanes use.
 
 State (c_x, c_y, cos(delta), sin(delta), sin(eps), turning rate of c, nu); lengths over L, masses over m.
 """
@@ -6,7 +6,7 @@ State (c_x, c_y, cos(delta), sin(delta), sin(eps), turning rate of c, nu); lengt
 from __future__ import annotations
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels import section
+from tolmc.kernels.formulations import exact_section as section
 from tolmc.kernels.jit import device
 
 STATE = section.STATE

@@ -1,4 +1,4 @@
-"""General body on the exact section: the equations of :mod:`section` in the form that blocks of lanes use.
+"""General body on the exact section: the equations of :mod:`exact_section` in the form that blocks of lanes use.
 
 State (c_x, c_y, cos(delta), sin(delta), sin(eps), turning rate of c, nu, cos(phi), sin(phi), Omega) with phi = chi - angle
 of c; lengths over L, masses over m.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels import section
+from tolmc.kernels.formulations import exact_section as section
 from tolmc.kernels.jit import device
 
 STATE = section.STATE + 3

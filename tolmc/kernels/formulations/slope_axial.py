@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels import slope_symmetric
+from tolmc.kernels.formulations import slope_symmetric
 from tolmc.kernels.jit import device
 
 STATE = 4  # cos(delta), sin(delta), P_s, P_d

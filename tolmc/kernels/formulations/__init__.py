@@ -1,0 +1,1 @@
+"""Equations of motion, a file a formulation."""
