@@ -23,7 +23,7 @@ from tolmc import load_study
 from tolmc.runs import run as monte_carlo
 from tolmc.simulation.ensemble import integrate_columns, scene_outputs
 from tolmc.study.study import Study
-from tolmc.tolerances.dimension import sample
+from tolmc.tolerances.draw import sample
 
 STUDY = ROOT / "studies" / "paper_joint.toml"
 KERNELS, RUN, COMMAND = "kernels alone", "run, in a process that has run before", "command, in a new process"

@@ -28,11 +28,15 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from tolmc.analysis.estimators import Answer, Question, corrected, importance, plain, sobol
+from tolmc.analysis.corrected import corrected
+from tolmc.analysis.direct import plain, sobol
+from tolmc.analysis.importance import importance
+from tolmc.analysis.questions import Answer, Question
 from tolmc.analysis.surrogate import Model
 from tolmc.commands.model import study_model
-from tolmc.study.study import Study, load_study
-from tolmc.tolerances.dimension import sample
+from tolmc.study.file import load_study
+from tolmc.study.study import Study
+from tolmc.tolerances.draw import sample
 
 ROOT = Path(__file__).parents[1]
 OUTPUT = "contact_force_D_max"

@@ -14,15 +14,18 @@ from small_study import GEOMETRY, write
 from tolmc import tilt_angle
 from tolmc.allocation.allocate import Curve, Grades, Plan, _Inspection, _planned_yield, allocate, with_widths, zone
 from tolmc.allocation.offers import offered_box
+from tolmc.allocation.study_table import _choice, read_plan
 from tolmc.cli import main
-from tolmc.commands.allocate import _choice, allocate_study, read_plan
+from tolmc.commands.allocate import allocate_study
 from tolmc.errors import InputError
-from tolmc.statistics.rows import binomial_interval
-from tolmc.study.study import StudyError, load_study
+from tolmc.statistics.intervals import binomial_interval
+from tolmc.study.file import load_study
+from tolmc.study.study import StudyError
 from tolmc.terminal.allocation import allocation_tables
 from tolmc.tolerances import fits
-from tolmc.tolerances.dimension import Dimension, Tolerances, sample
+from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
+from tolmc.tolerances.draw import sample
 
 NAMES = ("alpha", "beta", "spin")
 SLOPES = np.array([3.0, 2.0, 1.0])

@@ -5,17 +5,12 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from tolmc.statistics.capability import (
-    ALL_REQUIREMENTS,
-    Looks,
-    capability,
-    cpk_from_ppm,
-    ppm_from_cpk,
-    sample_until,
-    tolerance_interval,
-    wilks_sample_size,
-)
-from tolmc.statistics.rows import Estimate, Observations, Rows, binomial_interval
+from tolmc.statistics.capability import ALL_REQUIREMENTS, capability, cpk_from_ppm, ppm_from_cpk
+from tolmc.statistics.intervals import Estimate, binomial_interval
+from tolmc.statistics.looks import Looks, sample_until
+from tolmc.statistics.observations import Observations
+from tolmc.statistics.rows import Rows
+from tolmc.statistics.tolerance_intervals import tolerance_interval, wilks_sample_size
 from tolmc.tolerances.unit_cube import cube_points
 
 

@@ -1,7 +1,7 @@
 import pytest
 from small_study import STUDIES, write
 
-from tolmc.study.study import load_study
+from tolmc.study.file import load_study
 from tolmc.tolerances.interference import interference_note, smallest_clearance
 
 

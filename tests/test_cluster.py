@@ -16,7 +16,7 @@ from tolmc.errors import ClusterError
 from tolmc.runs import run as monte_carlo
 from tolmc.runs.crew import crew
 from tolmc.runs.run import resume, run
-from tolmc.study.study import load_study
+from tolmc.study.file import load_study
 
 distributed = pytest.importorskip("dask.distributed")
 

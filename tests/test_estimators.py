@@ -5,18 +5,14 @@ from scipy import integrate
 from scipy.stats import norm, truncnorm
 
 from tolmc import tilt_angle
-from tolmc.analysis.estimators import (
-    Question,
-    accelerated_summary,
-    accelerated_yield,
-    corrected,
-    importance,
-    plain,
-    sobol,
-)
+from tolmc.analysis.accelerated import accelerated_summary, accelerated_yield
+from tolmc.analysis.corrected import corrected
+from tolmc.analysis.direct import plain, sobol
+from tolmc.analysis.importance import importance
+from tolmc.analysis.questions import Question
 from tolmc.analysis.surrogate import MotionsFailed
 from tolmc.analysis.tail_search import Proposal, find_tail, upper_quantile
-from tolmc.statistics.summary import ALL_REQUIREMENTS
+from tolmc.statistics.outcomes import ALL_REQUIREMENTS
 from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Normal, Uniform
 

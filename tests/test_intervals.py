@@ -7,8 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from tolmc.statistics.intervals import binomial_interval, signed_rank_interval
+from tolmc.statistics.observations import Observations
 from tolmc.statistics.order_statistics import OrderStatistics
-from tolmc.statistics.rows import Observations, Rows, binomial_interval, signed_rank_interval
+from tolmc.statistics.rows import Rows
 from tolmc.tolerances.unit_cube import SCRAMBLINGS, cube_points
 
 

@@ -11,12 +11,13 @@ import tolmc
 from tolmc import units
 from tolmc.errors import InputError
 from tolmc.runs import run as monte_carlo
-from tolmc.runs.directory import RunDirectoryError
+from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.run import default_directory, replay, run
 from tolmc.simulation.ensemble import OUTPUTS, simulate_many
 from tolmc.statistics import summary as statistics
-from tolmc.study.study import StudyError, load_study
-from tolmc.tolerances.dimension import sample
+from tolmc.study.file import load_study
+from tolmc.study.study import StudyError
+from tolmc.tolerances.draw import sample
 
 SAMPLINGS = ("random", "latin_hypercube", "sobol")
 

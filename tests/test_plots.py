@@ -13,7 +13,7 @@ from tolmc.pictures import plots
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.run import run
 from tolmc.statistics.summary import rank_correlations
-from tolmc.study.study import load_study
+from tolmc.study.file import load_study
 
 
 def words(figure: Figure) -> list[str]:

@@ -18,7 +18,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tolmc import units
-from tolmc.analysis import sensitivity, stackup
+from tolmc.analysis.linear import linearise
+from tolmc.analysis.one_at_a_time import one_at_a_time
+from tolmc.analysis.side_by_side import side_by_side
+from tolmc.analysis.sobol import sobol_indices
+from tolmc.analysis.worst_case import worst_case
 from tolmc.cli import main
 from tolmc.commands.answers import write_answers
 from tolmc.errors import InputError
@@ -27,11 +31,12 @@ from tolmc.report import answer, tables, words
 from tolmc.report.write import write_report
 from tolmc.runs import directory as run_directory
 from tolmc.runs import run as monte_carlo
-from tolmc.runs.directory import RunDirectoryError
+from tolmc.runs.record import RunDirectoryError
 from tolmc.statistics.capability import capability
-from tolmc.statistics.rows import Estimate
-from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS, summarise_requirements
-from tolmc.study.study import load_study
+from tolmc.statistics.intervals import Estimate
+from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
+from tolmc.statistics.summary import summarise_requirements
+from tolmc.study.file import load_study
 from tolmc.tolerances.dimension import Dimension
 
 JOINT = Path(__file__).parents[1] / "studies" / "paper_joint.toml"
@@ -470,16 +475,14 @@ class TestFurtherTables:
 
         outputs = ["tilt_angle", "effective_radius"]
         summary = pd.read_csv(geometry_run / "summary.csv").set_index("output")
-        self.worst = stackup.worst_case(model, study.tolerances, outputs=outputs)
-        linear = stackup.linearise(model, study.tolerances, outputs=outputs).root_sum_square()
-        answers = stackup.side_by_side(self.worst, linear, summary)
+        self.worst = worst_case(model, study.tolerances, outputs=outputs)
+        linear = linearise(model, study.tolerances, outputs=outputs).root_sum_square()
+        answers = side_by_side(self.worst, linear, summary)
         answers.to_csv(geometry_run / "stackup.csv")
-        sensitivity.one_at_a_time(model, study.tolerances, outputs=outputs, points=5).to_csv(
+        one_at_a_time(model, study.tolerances, outputs=outputs, points=5).to_csv(
             geometry_run / "one_at_a_time.csv", index=False
         )
-        sensitivity.sobol_indices(model, study.tolerances, outputs=outputs, count=64).to_csv(
-            geometry_run / "sobol_indices.csv"
-        )
+        sobol_indices(model, study.tolerances, outputs=outputs, count=64).to_csv(geometry_run / "sobol_indices.csv")
         write_report(geometry_run)
         return geometry_run
 

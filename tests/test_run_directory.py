@@ -12,11 +12,12 @@ from small_study import GEOMETRY, write
 from test_monte_carlo import assert_bitwise_equal
 
 from tolmc.runs import directory as run_directory
+from tolmc.runs import files
 from tolmc.runs import pictures as run_pictures
 from tolmc.runs import run as monte_carlo
-from tolmc.runs.directory import FORMAT, RunDirectoryError
+from tolmc.runs.record import FORMAT, RunDirectoryError
 from tolmc.runs.run import resume, run
-from tolmc.study.study import load_study
+from tolmc.study.file import load_study
 
 SAMPLES = 2000
 WRITE_BLOCK = run_directory.RunDirectory.write_block
@@ -306,7 +307,7 @@ def test_rows_of_an_unfinished_run(stopped, study):
 
 
 def test_row_groups_have_one_size_whatever_the_blocks(tmp_path, study, monkeypatch):
-    monkeypatch.setattr(run_directory, "_ROW_GROUP", 600)
+    monkeypatch.setattr(files, "ROW_GROUP", 600)
     whole = run(study, out=tmp_path / "run").samples
     file = pq.ParquetFile(tmp_path / "run" / "samples.parquet")
     assert [file.metadata.row_group(group).num_rows for group in range(file.num_row_groups)] == [600, 600, 600, 200]

@@ -11,7 +11,7 @@ from small_study import GEOMETRY, write
 from tolmc.commands.compare_sections import compare_sections
 from tolmc.errors import InputError
 from tolmc.runs.run import run
-from tolmc.study.study import load_study
+from tolmc.study.file import load_study
 from tolmc.terminal import tables
 
 # Between the peaks of the two sections.

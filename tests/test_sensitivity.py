@@ -3,18 +3,15 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from tolmc.analysis.sensitivity import (
-    contributions,
-    failure_sources,
-    first_order,
-    one_at_a_time,
-    rank_correlation,
-    sobol_indices,
-)
-from tolmc.analysis.stackup import linearise
-from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS
-from tolmc.tolerances.dimension import Dimension, Tolerances, sample
+from tolmc.analysis.failure_sources import failure_sources
+from tolmc.analysis.from_samples import contributions, first_order, rank_correlation
+from tolmc.analysis.linear import linearise
+from tolmc.analysis.one_at_a_time import one_at_a_time
+from tolmc.analysis.sobol import sobol_indices
+from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
+from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Normal, Uniform
+from tolmc.tolerances.draw import sample
 
 NAMES = ("alpha", "beta", "spin")
 CUBE = Tolerances(tuple(Dimension(name, 0.0, -np.pi, np.pi, Uniform()) for name in NAMES))

@@ -13,10 +13,11 @@ from test_monte_carlo import assert_bitwise_equal
 from tolmc.cli import main
 from tolmc.runs import directory as run_directory
 from tolmc.runs import pictures as run_pictures
-from tolmc.runs.directory import RunDirectoryError
+from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.run import resume, run
-from tolmc.statistics.rows import Observations, Rows
-from tolmc.study.study import load_study
+from tolmc.statistics.observations import Observations
+from tolmc.statistics.rows import Rows
+from tolmc.study.file import load_study
 
 LARGEST = 10_000
 # 1024, 2048, 4096, 8192 and 10000 samples, each at the level 1 - 0.05/5.

@@ -2,12 +2,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tolmc.analysis.stackup import linearise, side_by_side, worst_case
+from tolmc.analysis.linear import linearise
+from tolmc.analysis.side_by_side import side_by_side
+from tolmc.analysis.worst_case import worst_case
 from tolmc.mechanism.geometry import tilt_angle
 from tolmc.mechanism.scene import SCALARS
 from tolmc.statistics.summary import summarise
-from tolmc.tolerances.dimension import Dimension, Tolerances, sample
+from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Normal, Uniform
+from tolmc.tolerances.draw import sample
 
 JOINT = Tolerances(
     (

@@ -4,18 +4,9 @@ import pytest
 from scipy import integrate, optimize
 
 from tolmc.mechanism.geometry import tilt_angle
-from tolmc.statistics.rows import binomial_interval
-from tolmc.statistics.summary import (
-    ANY_REQUIREMENT,
-    CONTACT_LOSS,
-    QUANTILES,
-    contact_lost,
-    count_statuses,
-    error_budget,
-    failed,
-    summarise,
-    summarise_requirements,
-)
+from tolmc.statistics.intervals import binomial_interval
+from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS, contact_lost, failed
+from tolmc.statistics.summary import QUANTILES, count_statuses, error_budget, summarise, summarise_requirements
 from tolmc.tolerances.unit_cube import cube_points
 
 STATUSES = [

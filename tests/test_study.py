@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from small_study import STUDIES, TEXT, write
 
 from tolmc.mechanism.scene import Body
-from tolmc.study.study import Study, StudyError, Until, load_study
+from tolmc.study.file import load_study
+from tolmc.study.study import Study, StudyError, Until
 from tolmc.tolerances.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
 
 BODY = "inertia = [4.08e-4, 4.08e-4, 1.2e-4]"

@@ -9,7 +9,7 @@ from small_study import GEOMETRY, write
 from tolmc.commands.answers import write_answers
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.run import run
-from tolmc.study.study import load_study
+from tolmc.study.file import load_study
 from tolmc.terminal import tables
 
 

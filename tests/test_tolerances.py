@@ -15,17 +15,9 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
 from tolmc.tolerances import unit_cube as sampling
-from tolmc.tolerances.dimension import (
-    SCRAMBLINGS,
-    Dimension,
-    Tolerances,
-    from_standard_normal,
-    from_unit,
-    lot_numbers,
-    sample,
-    unit_points,
-)
+from tolmc.tolerances.dimension import SCRAMBLINGS, Dimension, Tolerances
 from tolmc.tolerances.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
+from tolmc.tolerances.draw import from_standard_normal, from_unit, lot_numbers, sample, unit_points
 
 LOWER, NOMINAL, UPPER = 9.7e-3, 10e-3, 10.1e-3
 WIDTH, MIDDLE = UPPER - LOWER, (LOWER + UPPER) / 2

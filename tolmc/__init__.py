@@ -15,7 +15,7 @@ _HOME = {
     "simulate": "simulation.ensemble",
     "simulate_many": "simulation.ensemble",
     "Study": "study.study",
-    "load_study": "study.study",
+    "load_study": "study.file",
     "StudyResult": "runs.run",
     "run": "runs.run",
 }

@@ -74,7 +74,7 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
     if resume is None and study is None:
         raise click.UsageError("name the STUDY file to run, or a directory with --resume.")
     from tolmc.runs import run as monte_carlo
-    from tolmc.study.study import load_study
+    from tolmc.study.file import load_study
     from tolmc.terminal import tables
     from tolmc.tolerances.interference import interference_note
 
@@ -106,7 +106,7 @@ def simulate(study, out) -> None:
     """Integrate the nominal motion of STUDY: a table and a picture."""
     from tolmc.pictures import plots
     from tolmc.runs.nominal import study_motion
-    from tolmc.study.study import load_study
+    from tolmc.study.file import load_study
     from tolmc.terminal import tables
 
     loaded = load_study(study)

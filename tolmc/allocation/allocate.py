@@ -29,9 +29,11 @@ from tolmc.allocation.offers import ANCHORS, LAWS, Curve, Grades, offered_box, w
 from tolmc.allocation.search import MAX_POINTS, Allocation, Search
 from tolmc.analysis.surrogate import Model, Surrogate, fit
 from tolmc.errors import InputError
-from tolmc.statistics.rows import Rows, binomial_interval
-from tolmc.statistics.summary import contact_lost, failed, out_of_specification
-from tolmc.tolerances.dimension import Tolerances, sample
+from tolmc.statistics.intervals import binomial_interval
+from tolmc.statistics.outcomes import contact_lost, failed, out_of_specification
+from tolmc.statistics.rows import Rows
+from tolmc.tolerances.dimension import Tolerances
+from tolmc.tolerances.draw import sample
 
 __all__ = [
     "ANCHORS", "LAWS", "Allocation", "AllocationResult", "Curve", "Grades", "MotionYield", "Plan", "allocate",

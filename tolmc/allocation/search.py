@@ -13,7 +13,8 @@ from scipy.optimize import Bounds, minimize
 
 from tolmc.allocation.offers import Curve, Grades, with_widths
 from tolmc.analysis.surrogate import Surrogate
-from tolmc.tolerances.dimension import Tolerances, from_unit, unit_points
+from tolmc.tolerances.dimension import Tolerances
+from tolmc.tolerances.draw import from_unit, unit_points
 from tolmc.tolerances.unit_cube import SCRAMBLINGS
 
 MAX_POINTS = 2**18

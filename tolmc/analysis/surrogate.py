@@ -10,7 +10,7 @@ points follow the arcsine density, for which the basis is orthogonal: the error 
 in its middle, and the edge is where the tail quantiles and the failures live. Each output takes the degree with the smallest
 leave-one-out error (for least squares it needs no refit: the residual over one minus its leverage).
 
-A surrogate says how wrong it is and never more: :mod:`tolmc.analysis.estimators` corrects what it says by true motions.
+A surrogate says how wrong it is and never more: :mod:`tolmc.analysis.accelerated` corrects what it says by true motions.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import pandas as pd
 from scipy.linalg import solve_triangular
 from scipy.stats import qmc
 
-from tolmc.statistics.summary import contact_lost
+from tolmc.statistics.outcomes import contact_lost
 from tolmc.tolerances.dimension import Tolerances
 
 #: Inputs (a row a sample) -> outputs (a row a sample, a column an output; NaN where the motion failed).

@@ -13,15 +13,18 @@ from pathlib import Path
 import pandas as pd
 
 from tolmc import units
-from tolmc.analysis.estimators import accelerated_summary, accelerated_yield
-from tolmc.analysis.sensitivity import one_at_a_time, sobol_indices
-from tolmc.analysis.stackup import linearise, side_by_side, worst_case
+from tolmc.analysis.accelerated import accelerated_summary, accelerated_yield
+from tolmc.analysis.linear import linearise
+from tolmc.analysis.one_at_a_time import one_at_a_time
+from tolmc.analysis.side_by_side import side_by_side
+from tolmc.analysis.sobol import sobol_indices
 from tolmc.analysis.surrogate import Model, MotionsFailed
 from tolmc.analysis.tail_search import TailNotReached
+from tolmc.analysis.worst_case import worst_case
 from tolmc.commands.model import study_model
 from tolmc.errors import InputError
 from tolmc.runs import directory as run_directory
-from tolmc.statistics.summary import ALL_REQUIREMENTS, ANY_REQUIREMENT, without_value
+from tolmc.statistics.outcomes import ALL_REQUIREMENTS, ANY_REQUIREMENT, without_value
 from tolmc.study.study import Study
 
 _INDEX_ROWS = 1024  # times the dimensions and two: intervals of a few percent
@@ -34,8 +37,8 @@ _NO_ANSWERS = {"contact_loss_time", *units.CHECKS}
 class Answers:
     """Tables of :func:`four_answers`; None where the study leaves nothing to say.
 
-    ``stackup``: :func:`tolmc.analysis.stackup.side_by_side`; ``sobol_indices``, ``one_at_a_time``:
-    :mod:`tolmc.analysis.sensitivity`;
+    ``stackup``: :func:`tolmc.analysis.side_by_side.side_by_side`; ``sobol_indices``, ``one_at_a_time``:
+    :mod:`tolmc.analysis.from_samples`;
     ``yields``: by Monte Carlo and accelerated, a row a requirement; ``notes``: what a reader of all of them must know.
     """
 

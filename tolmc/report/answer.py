@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from tolmc.analysis.sensitivity import INTERACTIONS, contributions
+from tolmc.analysis.from_samples import INTERACTIONS, contributions
 from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.report import words
-from tolmc.statistics.rows import Estimate
-from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS
+from tolmc.statistics.intervals import Estimate
+from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
 from tolmc.study.study import Study
 
 #: Relative error of the contact forces by the model of the section from which on the answer warns of it.
@@ -56,8 +56,8 @@ def answer(
     shares : from :func:`tolmc.statistics.summary.summarise_requirements`
     capability : from :func:`tolmc.statistics.capability.capability`
         The last row is judged; empty when the study has no requirement.
-    indices, failure_sources : from :func:`tolmc.analysis.sensitivity.first_order`,
-        :func:`tolmc.analysis.sensitivity.failure_sources`
+    indices, failure_sources : from :func:`tolmc.analysis.from_samples.first_order`,
+        :func:`tolmc.analysis.failure_sources.failure_sources`
         None when no dimension varies.
     target : float
         Yield that is asked for.

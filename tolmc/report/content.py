@@ -10,16 +10,21 @@ from pathlib import Path
 import pandas as pd
 
 from tolmc import units
-from tolmc.analysis import sensitivity
+from tolmc.analysis.failure_sources import failure_sources
+from tolmc.analysis.from_samples import first_order, rank_correlation
 from tolmc.errors import InputError
 from tolmc.report import notes, tables, words
 from tolmc.report.answer import Answer, answer, question
 from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
-from tolmc.runs.directory import RunDirectory, RunDirectoryError
+from tolmc.runs.directory import RunDirectory
+from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.until import looks_of
-from tolmc.statistics.capability import ALL_REQUIREMENTS, Looks, capability, tolerance_interval
-from tolmc.statistics.rows import Estimate
-from tolmc.statistics.summary import count_statuses, summarise_requirements, without_value
+from tolmc.statistics.capability import ALL_REQUIREMENTS, capability
+from tolmc.statistics.intervals import Estimate
+from tolmc.statistics.looks import Looks
+from tolmc.statistics.outcomes import without_value
+from tolmc.statistics.summary import count_statuses, summarise_requirements
+from tolmc.statistics.tolerance_intervals import tolerance_interval
 from tolmc.study.study import Study
 
 #: Yield that requirements are judged by where the study asks for none: what lies within +-3 sigma of a normal output.
@@ -161,13 +166,11 @@ class _Content:
 
     @cached_property
     def failure_sources(self) -> pd.DataFrame:
-        return sensitivity.failure_sources(
-            self.samples, inputs=self.inputs, lot_size=self.drawn["lot_size"], **self.judged
-        )
+        return failure_sources(self.samples, inputs=self.inputs, lot_size=self.drawn["lot_size"], **self.judged)
 
     @cached_property
     def indices(self) -> pd.DataFrame:
-        return sensitivity.first_order(self.examined, **self._of_examined)
+        return first_order(self.examined, **self._of_examined)
 
     @property
     def _of_examined(self) -> dict:
@@ -203,7 +206,7 @@ class _Content:
             found.append(tables.requirements_table(self.study, self.shares, self.capability, self.target, yields))
             found.append(tables.capability_table(self.capability, self._tolerance_intervals()))
         if self.inputs:
-            directions = sensitivity.rank_correlation(self.examined, **self._of_examined)
+            directions = rank_correlation(self.examined, **self._of_examined)
             are_correlated = self.study.tolerances.correlation is not None
             found.append(tables.contributions_table(self.indices, directions, are_correlated=are_correlated))
             found.append(tables.failures_table(self.failure_sources, self.inputs))

@@ -11,7 +11,7 @@ import pandas as pd
 
 from tolmc import units
 from tolmc.report import words
-from tolmc.statistics.summary import Specification
+from tolmc.statistics.outcomes import Specification
 
 WIDTH, HEIGHT = 200, 110
 
@@ -31,7 +31,7 @@ class Panel:
 
 
 def panels(curves: pd.DataFrame, outputs: Iterable[str], specification: Specification) -> list[list[Panel]]:
-    """A row of panels for each of the ``outputs``, a panel a dimension, from :func:`tolmc.analysis.sensitivity.one_at_a_time`.
+    """A row of panels for each of the ``outputs``, a panel a dimension, from :func:`one_at_a_time`.
 
     The panels of a row share their scale, so that slopes compare.
     """

@@ -12,8 +12,9 @@ from tolmc import units
 from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.mechanism.scene import Joint
 from tolmc.report import words
-from tolmc.statistics.capability import Looks
-from tolmc.statistics.summary import CONTACT_LOSS, error_budget
+from tolmc.statistics.looks import Looks
+from tolmc.statistics.outcomes import CONTACT_LOSS
+from tolmc.statistics.summary import error_budget
 from tolmc.study.study import Study
 
 _SCATTER = {

@@ -12,12 +12,13 @@ import numpy as np
 import pandas as pd
 
 from tolmc import units
-from tolmc.analysis.sensitivity import INTERACTIONS, contributions
+from tolmc.analysis.from_samples import INTERACTIONS, contributions
 from tolmc.mechanism.scene import SCALARS
 from tolmc.report import words
 from tolmc.statistics.capability import ALL_REQUIREMENTS
-from tolmc.statistics.rows import Estimate
-from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS, error_budget
+from tolmc.statistics.intervals import Estimate
+from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
+from tolmc.statistics.summary import error_budget
 from tolmc.study.study import Study
 from tolmc.text.numbers import fixed, without_rounding_errors
 from tolmc.tolerances import fits
@@ -312,8 +313,8 @@ def _in_shown_units(summary: pd.DataFrame) -> pd.DataFrame:
 def contributions_table(indices: pd.DataFrame, directions: pd.DataFrame, *, are_correlated: bool) -> Table:
     """Share of every output's variance that each dimension contributes.
 
-    ``indices`` are from :func:`tolmc.analysis.sensitivity.first_order`, ``directions`` from
-    :func:`tolmc.analysis.sensitivity.rank_correlation`.
+    ``indices`` are from :func:`tolmc.analysis.from_samples.first_order`, ``directions`` from
+    :func:`tolmc.analysis.from_samples.rank_correlation`.
     """
     percent = contributions(indices).dropna(how="all")
     dimensions, others = _foremost(percent.drop(columns=INTERACTIONS).max())

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterable, Mapping
 
 from tolmc import units
-from tolmc.statistics.rows import Estimate
+from tolmc.statistics.intervals import Estimate
 from tolmc.tolerances.dimension import Dimension
 from tolmc.tolerances.distributions import Beta, Measured, Normal, Scipy, Triangular
 
 MINUS, NOTHING = "\u2212", "–"
-#: Where in a dimension failures lie, by the words of :func:`tolmc.analysis.sensitivity.failure_sources`.
+#: Where in a dimension failures lie, by the words of :func:`tolmc.analysis.failure_sources.failure_sources`.
 PLACES = {
     "high": "{share} lie in the highest quarter",
     "low": "{share} lie in the lowest quarter",

@@ -5,8 +5,9 @@
     DIR/tables/*.csv   the tables in full precision
 
 It is made from what the run directory holds: no motion is computed for it. Beside samples, summary and pictures a run may
-leave there, for the report to show, ``stackup.csv`` (:func:`tolmc.analysis.stackup.side_by_side`), ``one_at_a_time.csv`` and
-``sobol_indices.csv`` (the functions of that name in :mod:`tolmc.analysis.sensitivity`).
+leave there, for the report to show, ``stackup.csv`` (:func:`tolmc.analysis.side_by_side.side_by_side`),
+``one_at_a_time.csv`` and
+``sobol_indices.csv`` (the functions of that name in :mod:`tolmc.analysis`).
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from markupsafe import Markup, escape
 
 from tolmc.report.content import report_content
 from tolmc.runs import directory as run_directory
-from tolmc.runs.directory import RunDirectoryError
+from tolmc.runs.record import RunDirectoryError
 
 __all__ = ["write_report"]
 

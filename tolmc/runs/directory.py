@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import os
 import platform
 from collections.abc import Callable, Iterator
@@ -22,77 +21,20 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
-from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Literal
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from tolmc.errors import InputError
-from tolmc.study.fields import short
-from tolmc.study.study import MAX_SAMPLES, Study, StudyError, load_study
-from tolmc.tolerances.unit_cube import SAMPLINGS
+from tolmc.runs.files import PARQUET, _flush, damaged, group_starts, locked, read_table, row_groups, write_whole
+from tolmc.runs.record import FORMAT, RunDirectoryError, read_record, versions
+from tolmc.study.file import load_study
+from tolmc.study.sections import MAX_SAMPLES
+from tolmc.study.study import Study, StudyError
 
-#: Number of the layout above. Raise it when the layout changes, and teach :func:`_read_record` the earlier one.
-FORMAT = 1
-
-_PACKAGES = ("tolmc", "numpy", "numba", "scipy", "pandas", "pyarrow")
 _OUTPUTS = ("samples.parquet", "summary.csv", "blocks")
-
-
-class RunDirectoryError(InputError):
-    """A directory that a run may not use; the message says why and what to do."""
-
-
-class _Recorded(BaseModel):
-    # What a later version adds passes: it is that version's to judge.
-    model_config = ConfigDict(extra="allow", strict=True)
-
-
-def _read_infinity(value: object) -> object:
-    return math.inf if value == "Infinity" else value
-
-
-class _Plan(_Recorded):
-    """A plan of integration, tolmc.simulation.ensemble.Plan, in JSON: an infinite error is a word there."""
-
-    formulation: Literal["slope", "published", "published-regular"]
-    method: Literal["rk4", "rk8"]
-    steps: Annotated[int, Field(ge=1, le=10**9)]
-    accuracy: Annotated[float, Field(gt=0, allow_inf_nan=False)]
-    pilot_error: Annotated[float, BeforeValidator(_read_infinity), Field(ge=0)] = 0.0
-    features: dict[str, bool] = Field(default_factory=dict)
-    halving: bool = False
-    unresolved: Annotated[int, Field(ge=0)] = 0
-
-
-_Count = Annotated[int, Field(ge=1, le=MAX_SAMPLES)]
-
-
-class _Record(_Recorded):
-    """What run.json must hold for a run to go on."""
-
-    title: str
-    study_sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
-    samples: _Count
-    #: Of a sequential run: its largest number of samples, and the number at which it stopped once it did.
-    most_samples: _Count | None = None
-    stopped_at: _Count | None = None
-    sampling: Literal[SAMPLINGS]
-    seed: Annotated[int, Field(ge=0, lt=2**63)]
-    block: Annotated[int, Field(ge=1)]
-    plan: _Plan
-    state: Literal["running", "complete"]
-    versions: dict[str, str]
-
-
-def versions() -> dict[str, str]:
-    """Versions of everything that takes part in a run's numbers."""
-    return {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}}
 
 
 @contextmanager
@@ -116,11 +58,11 @@ def create(
     }
     _refuse_occupied(path, copies)
     path.mkdir(parents=True, exist_ok=True)
-    with _locked(path):
+    with locked(path):
         _refuse_occupied(path, copies)
         for name, content in copies.items():
             (path / name).parent.mkdir(parents=True, exist_ok=True)
-            _write(path / name, lambda temporary, content=content: temporary.write_bytes(content))
+            write_whole(path / name, lambda temporary, content=content: temporary.write_bytes(content))
         record = {
             "format": FORMAT,
             "title": study.title,
@@ -152,9 +94,9 @@ def reopen(path: str | Path, *, study: Study | None = None, extend: int = 0) -> 
         or cannot be extended.
     """
     path = Path(path)
-    _read_record(path)
-    with _locked(path):
-        directory = RunDirectory(path, _read_record(path))
+    read_record(path)
+    with locked(path):
+        directory = RunDirectory(path, read_record(path))
         if study is not None and study.sha256 != directory.record["study_sha256"]:
             raise RunDirectoryError(
                 f"{path} belongs to another study or the study has changed since (its title there: "
@@ -167,7 +109,7 @@ def reopen(path: str | Path, *, study: Study | None = None, extend: int = 0) -> 
 
 def read(path: str | Path) -> RunDirectory:
     """An existing run directory, to read from it; RunDirectoryError when it is none or damaged."""
-    return RunDirectory(Path(path), _read_record(Path(path)))
+    return RunDirectory(Path(path), read_record(Path(path)))
 
 
 @dataclass(frozen=True)
@@ -226,17 +168,19 @@ class RunDirectory:
         with self._open(self.samples_path, None) as file:
             groups = list(range(file.num_row_groups))
             if rows is not None:
-                groups = groups[: int(np.searchsorted(_group_starts(file), rows))]
-            table = _read(self.samples_path, partial(file.read_row_groups, groups, columns=columns, use_threads=False))
+                groups = groups[: int(np.searchsorted(group_starts(file), rows))]
+            table = read_table(
+                self.samples_path, partial(file.read_row_groups, groups, columns=columns, use_threads=False)
+            )
         return table if rows is None else table.slice(0, rows)
 
     def row(self, index: int) -> dict[str, float | str]:
         """Sample ``index`` as {column: value}; RunDirectoryError where it is not there."""
         if index < self.rows():
             with self._open(self.samples_path, None) as file:
-                starts = _group_starts(file)
+                starts = group_starts(file)
                 group = int(np.searchsorted(starts, index, side="right")) - 1
-                table = _read(self.samples_path, partial(file.read_row_group, group))
+                table = read_table(self.samples_path, partial(file.read_row_group, group))
             return table.slice(index - starts[group], 1).to_pylist()[0]
         for start, count in self.blocks():
             if start <= index < start + count and self.has_block(start):
@@ -259,18 +203,18 @@ class RunDirectory:
         path = self._block_path(start)
         with self._open(path, start) as file:
             if file.metadata.num_rows != count:
-                raise _damaged(path, f"it holds {file.metadata.num_rows} samples, {count} are expected")
-            return _read(path, file.read)
+                raise damaged(path, f"it holds {file.metadata.num_rows} samples, {count} are expected")
+            return read_table(path, file.read)
 
     def write_block(self, start: int, table: pa.Table) -> None:
         self._block_path(start).parent.mkdir(exist_ok=True)
         table = table.replace_schema_metadata({**self._stamp(), b"tolmc.start": str(start).encode()})
 
         def write(temporary: Path) -> None:
-            with pq.ParquetWriter(temporary, table.schema, **_PARQUET) as writer:
+            with pq.ParquetWriter(temporary, table.schema, **PARQUET) as writer:
                 writer.write_table(table)
 
-        _write(self._block_path(start), write)
+        write_whole(self._block_path(start), write)
 
     def write_samples(self, tables: Iterator[pa.Table]) -> None:
         """samples.parquet anew: its rows so far, then those of ``tables``, in row groups of one size."""
@@ -280,19 +224,19 @@ class RunDirectory:
             first = next(everything)
             schema = first.schema.with_metadata(self._stamp())
             fitted = (self._fitted(table, schema) for table in chain([first], everything))
-            with pq.ParquetWriter(temporary, schema, **_PARQUET) as writer:
-                for group in _row_groups(fitted):
+            with pq.ParquetWriter(temporary, schema, **PARQUET) as writer:
+                for group in row_groups(fitted):
                     writer.write_table(group)
                     _flush(temporary)  # so that little is left to wait for once the last sample is there
 
-        _write(self.samples_path, write)
+        write_whole(self.samples_path, write)
 
     def write_text(self, name: str, text: str) -> None:
-        _write(self.path / name, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+        write_whole(self.path / name, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
     def write_file(self, name: str, write: Callable[[Path], object]) -> None:
         """A file that ``write`` writes to the path it is given (with the same ending as ``name``)."""
-        _write(self.path / name, write)
+        write_whole(self.path / name, write)
 
     def grow(self, samples: int) -> None:
         """Make ``samples`` the number of samples of this run, where it has fewer."""
@@ -315,7 +259,7 @@ class RunDirectory:
         if self.samples_path.exists():
             with self._open(self.samples_path, None) as file:
                 for group in range(file.num_row_groups):
-                    yield _read(self.samples_path, partial(file.read_row_group, group))
+                    yield read_table(self.samples_path, partial(file.read_row_group, group))
         yield from tables
 
     def _fitted(self, table: pa.Table, schema: pa.Schema) -> pa.Table:
@@ -358,64 +302,19 @@ class RunDirectory:
         try:
             file = pq.ParquetFile(path, page_checksum_verification=True, memory_map=True)
         except (pa.ArrowInvalid, OSError) as error:
-            raise _damaged(path, f"it cannot be read ({str(error).splitlines()[0]})") from None
+            raise damaged(path, f"it cannot be read ({str(error).splitlines()[0]})") from None
         metadata = file.schema_arrow.metadata or {}
         expected = self._stamp() | ({} if start is None else {b"tolmc.start": str(start).encode()})
         if any(metadata.get(key) != value for key, value in expected.items()):
-            raise _damaged(path, "it comes from another run")
+            raise damaged(path, "it comes from another run")
         return file
 
     def _save_record(self) -> None:
         self.write_text("run.json", json.dumps(self.record, indent=2, allow_nan=False) + "\n")
 
 
-# Rows of a row group: a column of a million samples is read in half the time that it takes from groups of 16,384.
-_ROW_GROUP = 65_536
-
-# Random doubles do not compress, and every sample's row is read as a whole column or not at all.
-_PARQUET = {
-    "compression": "NONE", "use_dictionary": ["status"], "write_statistics": False, "write_page_checksum": True,
-}  # fmt: skip
-
-
 def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
-
-
-def _damaged(path: Path, what: str) -> RunDirectoryError:
-    remedy = (
-        "Delete it and resume: the block is computed again"
-        if path.parent.name == "blocks"
-        else "Restore it, or run the study into a new directory"
-    )
-    return RunDirectoryError(f"{path} is truncated or foreign: {what}. {remedy}.")
-
-
-def _read(path: Path, read: Callable[[], pa.Table]) -> pa.Table:
-    try:
-        return read()
-    except (pa.ArrowInvalid, OSError) as error:
-        raise _damaged(path, f"it cannot be read ({str(error).splitlines()[0]})") from None
-
-
-def _row_groups(tables: Iterator[pa.Table]) -> Iterator[pa.Table]:
-    """The rows of ``tables`` in tables of _ROW_GROUP rows, the last one with the rest."""
-    waiting, rows = [], 0
-    for table in tables:
-        waiting.append(table)
-        rows += table.num_rows
-        while rows >= _ROW_GROUP:
-            together = pa.concat_tables(waiting)
-            yield together.slice(0, _ROW_GROUP).unify_dictionaries()
-            waiting, rows = [together.slice(_ROW_GROUP)], rows - _ROW_GROUP
-    if rows:
-        yield pa.concat_tables(waiting).unify_dictionaries()
-
-
-def _group_starts(file: pq.ParquetFile) -> np.ndarray:
-    """First row of every row group."""
-    counts = [file.metadata.row_group(group).num_rows for group in range(file.num_row_groups)]
-    return np.cumsum([0, *counts[:-1]])
 
 
 def _refuse_occupied(path: Path, copies: dict[str, bytes]) -> None:
@@ -437,78 +336,3 @@ def _refuse_occupied(path: Path, copies: dict[str, bytes]) -> None:
 
 def _is_copy(path: Path, content: bytes) -> bool:
     return not path.exists() or (path.is_file() and path.read_bytes() == content)
-
-
-def _read_record(path: Path) -> dict:
-    file = path / "run.json"
-    try:
-        # Infinity and NaN, which are no JSON but which Python reads and once wrote, are words from here on.
-        record = json.loads(file.read_text(encoding="utf-8"), parse_constant=str)
-    except (FileNotFoundError, NotADirectoryError):
-        raise RunDirectoryError(f"{path} is no run directory: it has no run.json.") from None
-    except (OSError, ValueError, RecursionError) as error:
-        raise RunDirectoryError(f"{file} cannot be read: {error}. Restore it, or run into a new directory.") from None
-    if not isinstance(record, dict) or not isinstance(record.get("format"), int):
-        raise RunDirectoryError(f"{file} was not written by tolmc. Choose another directory.")
-    if record["format"] > FORMAT:
-        raise RunDirectoryError(
-            f"{file} has format {record['format']}, this tolmc reads formats up to {FORMAT}. Update tolmc."
-        )
-    try:
-        _Record.model_validate(record)
-    except ValidationError as error:
-        raise RunDirectoryError(
-            f"{file} is damaged: {_fault(error.errors(include_url=False)[0])}. Restore it, or run anew."
-        ) from None
-    return record
-
-
-def _fault(item: dict) -> str:
-    field = ".".join(str(part) for part in item["loc"])
-    if item["type"] == "missing":
-        return f"{field} is missing"
-    return f"{field} = {short(item['input'])}: {item['msg'][0].lower()}{item['msg'][1:]}"
-
-
-@contextmanager
-def _locked(path: Path) -> Iterator[None]:
-    # The operating system drops the lock with the process, so a killed run leaves none behind.
-    with (path / ".lock").open("ab") as file:
-        try:
-            _lock(file.fileno())
-        except OSError:
-            raise RunDirectoryError(
-                f"{path} is in use by another run. Wait for it to end, or choose another directory with --out."
-            ) from None
-        yield
-
-
-def _lock(descriptor: int) -> None:
-    if os.name == "nt":
-        import msvcrt
-
-        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-    else:
-        import fcntl
-
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-
-
-def _write(path: Path, write: Callable[[Path], object]) -> None:
-    temporary = path.with_name(f".partial-{path.name}")
-    try:
-        write(temporary)
-        _flush(temporary)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    if os.name != "nt":  # Windows cannot flush a directory
-        _flush(path.parent)
-
-
-def _flush(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

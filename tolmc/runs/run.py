@@ -23,10 +23,11 @@ from tolmc.errors import ClusterError, InputError
 from tolmc.mechanism.scene import SCALARS, Scene
 from tolmc.runs import directory as run_directory
 from tolmc.runs.crew import Crew, crew
-from tolmc.runs.directory import RunDirectory, RunDirectoryError
+from tolmc.runs.directory import RunDirectory
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.pictures import RunPictures, run_pictures
 from tolmc.runs.progress import progress
+from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.until import Sequential, looks_of, outcome, sample_study
 from tolmc.simulation.ensemble import (
     GEOMETRY_OUTPUTS,
@@ -37,10 +38,12 @@ from tolmc.simulation.ensemble import (
     plan_integration,
     scene_outputs,
 )
-from tolmc.statistics import summary as statistics
 from tolmc.statistics.columns import Columns
-from tolmc.study.study import Study, StudyError, load_study
-from tolmc.tolerances.dimension import sample
+from tolmc.statistics.outcomes import out_of_specification
+from tolmc.statistics.summary import count_statuses, summarise, summarise_requirements
+from tolmc.study.file import load_study
+from tolmc.study.study import Study, StudyError
+from tolmc.tolerances.draw import sample
 
 #: Samples in a block, at most: about a tenth of a second of work and a few megabytes of results.
 LARGEST_BLOCK = 16_384
@@ -365,12 +368,10 @@ def _result(
     drawn = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
     if sequential is not None:
         drawn["confidence"] = sequential.looks.look_confidence
-    judged = statistics.out_of_specification(samples, specification, on_contact_loss=study.on_contact_loss)
+    judged = out_of_specification(samples, specification, on_contact_loss=study.on_contact_loss)
     judging = {"specification": specification, "on_contact_loss": study.on_contact_loss, "judged": judged}
     accuracies = _integration_errors(plan, nominal, outputs)
-    summary = statistics.summarise(
-        samples, outputs=outputs, accuracies=accuracies, workers=study.workers, **judging, **drawn
-    )
+    summary = summarise(samples, outputs=outputs, accuracies=accuracies, workers=study.workers, **judging, **drawn)
     summary.insert(0, "unit", [units.SI[name] for name in summary.index])
     return StudyResult(
         study=study,
@@ -378,8 +379,8 @@ def _result(
         nominal=nominal,
         sequential=sequential,
         summary=summary,
-        requirements=statistics.summarise_requirements(samples, **judging, **drawn),
-        statuses=statistics.count_statuses(samples, **drawn),
+        requirements=summarise_requirements(samples, **judging, **drawn),
+        statuses=count_statuses(samples, **drawn),
         directory=directory,
         elapsed=time.perf_counter() - began,
         read=read,

@@ -9,9 +9,12 @@ import numpy as np
 import pandas as pd
 
 from tolmc import units
-from tolmc.statistics.capability import Looks, SequentialEstimate, sample_until
-from tolmc.statistics.rows import Estimate, Observations, Rows
-from tolmc.statistics.summary import ANY_REQUIREMENT, failed, summarise_requirements
+from tolmc.statistics.intervals import Estimate
+from tolmc.statistics.looks import Looks, SequentialEstimate, sample_until
+from tolmc.statistics.observations import Observations
+from tolmc.statistics.outcomes import ANY_REQUIREMENT, failed
+from tolmc.statistics.rows import Rows
+from tolmc.statistics.summary import summarise_requirements
 from tolmc.study.study import Study, Until
 
 #: Samples at the first look; each look doubles them. Of the points of a Sobol' run, powers of two are spread best.

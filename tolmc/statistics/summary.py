@@ -1,10 +1,7 @@
-"""Summary tables of a run: what every output does, what is out of specification, what became of the samples.
+"""Summary tables of a run: what every output does, how many samples meet each requirement.
 
-Every estimate stands with its interval: columns ``name``, ``name_low``, ``name_high``. A failed sample has
-no numbers, so it enters no mean or quantile; shares count it both ways, as lying in specification and as
-lying out of it. A sample that lost contact has numbers up to that instant: they enter means and quantiles,
-but do not say what the whole motion would have done, so shares count it both ways too
-(:func:`out_of_specification`).
+Every estimate stands with its interval: columns ``name``, ``name_low``, ``name_high``. A failed sample has no numbers, so it
+enters no mean or quantile. A sample that lost contact has numbers up to that instant: they enter means and quantiles.
 """
 
 from __future__ import annotations
@@ -15,127 +12,24 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pandas as pd
 
-from tolmc import units
-from tolmc.statistics.rows import Estimate, Observations, Rows
+from tolmc.statistics.intervals import Estimate
+from tolmc.statistics.observations import Observations
+from tolmc.statistics.outcomes import (
+    ANY_REQUIREMENT,
+    CONTACT_LOSS,
+    Judged,
+    Specification,
+    contact_lost,
+    failed,
+    out_of_specification,
+    rows_whose_status,
+)
+from tolmc.statistics.rows import Rows
 
 QUANTILES = {"q0.135": 0.00135, "q5": 0.05, "q50": 0.5, "q95": 0.95, "q99.865": 0.99865}
-CONTACT_LOST = "contact lost"
-FAILED_STATUSES = ("diverged", "inaccurate", "geometry invalid", "body invalid")
-ANY_REQUIREMENT = "any requirement"
-ALL_REQUIREMENTS = "all requirements"
-CONTACT_LOSS = "contact loss"
-ON_CONTACT_LOSS = ("stop", "continue", "end")
 #: Samples whose ranks are correlated: they give a correlation to +-0.01, and ranks of a million cost a second.
 RANKED = 20_000
 NOTHING = Estimate(np.nan, np.nan, np.nan)
-
-Specification = Mapping[str, Mapping[str, float | None]]
-#: Rows out of the limits and rows known to be in or out, {output: (rows,) bool} each: :func:`out_of_specification`.
-Judged = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]
-
-#: Outputs that a loss of contact leaves as they are: the geometry, and the time of the loss itself.
-_SETTLED = (*units.OUTPUTS[:3], "contact_loss_time")
-
-
-def _is_failure(status: str) -> bool:
-    return status in FAILED_STATUSES or status.startswith("singular")
-
-
-def _where(samples: pd.DataFrame, holds) -> np.ndarray:
-    """Rows whose status ``holds``; a frame without a status column has none."""
-    if "status" not in samples:
-        return np.zeros(len(samples), bool)
-    status = samples["status"].astype("category").cat  # free where it is one already, as in a run's file
-    return np.array([holds(word) for word in status.categories], bool)[status.codes.to_numpy()]
-
-
-def failed(samples: pd.DataFrame) -> np.ndarray:
-    """(rows,) bool: samples without valid numbers (diverged, inaccurate, geometry or body invalid, singular)."""
-    return _where(samples, _is_failure)
-
-
-def contact_lost(samples: pd.DataFrame) -> np.ndarray:
-    """(rows,) bool: the journal left the wall; such a sample holds up to ``contact_loss_time``."""
-    lost = _where(samples, CONTACT_LOST.__eq__)
-    if "contact_loss_time" in samples:
-        lost |= samples["contact_loss_time"].notna().to_numpy() & ~failed(samples)
-    return lost
-
-
-def without_value(
-    samples: pd.DataFrame, name: str, *, specification: Specification, on_contact_loss: str = "stop"
-) -> np.ndarray:
-    """(rows,) bool: samples that have no value of the output for the whole motion.
-
-    They failed, or they lost contact where that stops the statistics. A study says what to make of a loss of
-    contact by ``on_contact_loss`` "continue" or "end", or by limits of ``contact_loss_time``; the values of
-    such samples then count as they are.
-
-    Raises
-    ------
-    ValueError
-        For an unknown ``on_contact_loss``.
-    """
-    if _outlives_contact(name, specification, on_contact_loss):
-        return failed(samples)
-    return failed(samples) | contact_lost(samples)
-
-
-def _outlives_contact(name: str, specification: Specification, on_contact_loss: str) -> bool:
-    """Whether the output's values count as they are where contact was lost."""
-    if on_contact_loss not in ON_CONTACT_LOSS:
-        raise ValueError(f"on_contact_loss = {on_contact_loss!r} is unknown; allowed: {', '.join(ON_CONTACT_LOSS)}.")
-    return name in _SETTLED or on_contact_loss != "stop" or "contact_loss_time" in specification
-
-
-def out_of_specification(
-    samples: pd.DataFrame, specification: Specification, *, on_contact_loss: str = "stop"
-) -> Judged:
-    """For each specified output, rows that are out of its limits and rows that are known to be in or out.
-
-    A sample is not known :func:`without_value`, with one exception: an extreme over the motion that leaves its
-    limit before contact is lost is out, whatever follows. Nor is a sample without a number; only a missing
-    ``contact_loss_time`` says something: contact was never lost, and no limit is broken.
-
-    Raises
-    ------
-    ValueError
-        For an output that the samples lack, unknown or absent limits, minimum above maximum.
-    """
-    broken = failed(samples)
-    ended = broken | contact_lost(samples)
-    out, known = {}, {}
-    for name, limits in specification.items():
-        low, high = _limits(samples, name, limits)
-        values = samples[name].to_numpy(float)
-        unknown = broken if _outlives_contact(name, specification, on_contact_loss) else ended
-        unknown = unknown & (broken | ~_stays_out(name, values, low, high))
-        if name != "contact_loss_time":
-            unknown |= np.isnan(values)
-        out[name] = ~unknown & ((values < low) | (values > high))
-        known[name] = ~unknown
-    return out, known
-
-
-def _stays_out(name: str, values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Rows that are out of the limits however the motion goes on: a maximum only grows, a minimum only falls."""
-    if name.endswith("_max"):
-        return values > high
-    if name.endswith("_min"):
-        return values < low
-    return np.zeros(len(values), bool)
-
-
-def _limits(samples: pd.DataFrame, name: str, limits: Mapping[str, float | None]) -> tuple[float, float]:
-    if name not in samples:
-        raise ValueError(f"specification of {name!r}: the samples have no such column; allowed: {list(samples)}.")
-    given = {key: float(limit) for key, limit in limits.items() if limit is not None}
-    if not given or not given.keys() <= {"min", "max"}:
-        raise ValueError(f"specification of {name!r}: got {dict(limits)!r}; give 'min', 'max' or both.")
-    low, high = given.get("min", -np.inf), given.get("max", np.inf)
-    if not low <= high:
-        raise ValueError(f"specification of {name!r}: min = {low!r} must not lie above max = {high!r}.")
-    return low, high
 
 
 def as_columns(name: str, estimate: Estimate) -> dict[str, float]:
@@ -252,7 +146,7 @@ def summarise_requirements(
         with the unknown rows counted in and counted out. The truth for the whole run lies between
         ``share_least`` and ``share_most``; with the confidence stated, that of the population lies between
         ``share_least_low`` and ``share_most_high``. ``method`` is that of
-        :func:`tolmc.statistics.rows.binomial_interval`.
+        :func:`tolmc.statistics.intervals.binomial_interval`.
     """
     rows = Rows(sampling, confidence, lot_size)
     out, known = judged or out_of_specification(samples, specification, on_contact_loss=on_contact_loss)
@@ -274,18 +168,6 @@ def summarise_requirements(
         }
     frame = pd.DataFrame.from_dict(table, orient="index").rename_axis("requirement")
     return frame.astype({"minimum": float, "maximum": float})
-
-
-def count_statuses(
-    samples: pd.DataFrame, *, sampling: str = "random", confidence: float = 0.95, lot_size: int = 1
-) -> pd.DataFrame:
-    """A row a status, most frequent first: ``count`` and ``share`` with its interval; index ``status``."""
-    rows = Rows(sampling, confidence, lot_size)
-    table = {
-        status: {"count": count, **as_columns("share", rows.share(_where(samples, status.__eq__)))}
-        for status, count in samples["status"].value_counts().items()
-    }
-    return pd.DataFrame.from_dict(table, orient="index").rename_axis("status")
 
 
 def rank_correlations(samples: pd.DataFrame, inputs: list[str], outputs: list[str]) -> pd.DataFrame:
@@ -311,3 +193,15 @@ def error_budget(summary: pd.DataFrame) -> pd.DataFrame:
     budget.insert(0, "integration", summary["integration_error"].abs())
     budget["ratio"] = budget["integration"] / budget[names].min(axis=1)
     return budget
+
+
+def count_statuses(
+    samples: pd.DataFrame, *, sampling: str = "random", confidence: float = 0.95, lot_size: int = 1
+) -> pd.DataFrame:
+    """A row a status, most frequent first: ``count`` and ``share`` with its interval; index ``status``."""
+    rows = Rows(sampling, confidence, lot_size)
+    table = {
+        status: {"count": count, **as_columns("share", rows.share(rows_whose_status(samples, status.__eq__)))}
+        for status, count in samples["status"].value_counts().items()
+    }
+    return pd.DataFrame.from_dict(table, orient="index").rename_axis("status")

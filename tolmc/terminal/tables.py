@@ -89,7 +89,7 @@ def print_result(result, console: Console | None = None) -> None:
 
 
 def _contact_notes(result) -> Iterator[str]:
-    from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS
+    from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
 
     lost = result.requirements.loc[CONTACT_LOSS]
     if lost["out"] and result.study.on_contact_loss == "stop":
@@ -129,7 +129,7 @@ def summary_table(summary: pd.DataFrame) -> Grid:
 def requirement_table(requirements: pd.DataFrame) -> Grid:
     """Share out of specification, from :func:`tolmc.statistics.summary.summarise_requirements`."""
     # Here, because statistics load SciPy's optimisers, a quarter of a second that the table of a motion need not pay.
-    from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS
+    from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
 
     table = Grid("Requirement", "limits", "out", "share out", "95 % interval", title="Requirements")
     for name, row in requirements.iterrows():
@@ -203,7 +203,7 @@ def _difference_table(differences: pd.DataFrame, statistics: Mapping[str, str], 
 
 def _share_difference_table(comparison: pd.DataFrame) -> Grid:
     """Requirements, between two bounds where failed samples leave their shares open, and statuses."""
-    from tolmc.statistics.summary import ANY_REQUIREMENT, CONTACT_LOSS
+    from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
 
     table = Grid("Share of the samples", "circle", "exact", "difference", title="Requirements and statuses")
     ends = {"share_least": ", at least", "share_most": ", at most"}
