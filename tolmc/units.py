@@ -102,6 +102,16 @@ def label(name: str) -> str:
     return LABEL.get(name, name.replace("_", " ").capitalize())
 
 
+def kind(unit: str) -> str:
+    """What the SI unit ``unit`` measures: "a length"."""
+    return _KIND[unit]
+
+
+def example(unit: str) -> str | float:
+    """A quantity in the SI unit ``unit`` as a study file may give it."""
+    return _EXAMPLE.get(unit, 1.0)
+
+
 def remedy(unit: str) -> str:
     """How a value in the SI unit ``unit`` may be given, for error messages."""
     if unit == "1":

@@ -12,25 +12,22 @@ mass           = { tolerance = "5 g", distribution = "uniform" }          any ot
 from __future__ import annotations
 
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import scipy
-from pydantic import BeforeValidator, StrictBool, ValidationInfo
 
 from tolmc import units
 from tolmc.mechanism.scene import SCALARS
 from tolmc.study.fields import (
     Faults,
-    Own,
-    Section,
     check_names,
     in_section,
     place,
-    quantity,
     short,
     suggestion,
     validated,
 )
+from tolmc.study.sections import DimensionSection
 from tolmc.tolerances import fits
 from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Beta, Distribution, Measured, Normal, Scipy, Triangular, Uniform
@@ -54,51 +51,6 @@ _OPTIONS = {
 }
 _ALL_OPTIONS = tuple(dict.fromkeys(option for options in _OPTIONS.values() for option in options))
 _NAMED = {"uniform": Uniform, "triangular": Triangular, "beta": Beta}
-
-
-def _read_deviations(value: object, info: ValidationInfo) -> tuple[float, float]:
-    if isinstance(value, list):
-        if len(value) != 2:
-            raise ValueError("expected one tolerance, or two deviations [lower, upper]")
-        return tuple(units.read(v, info.context) for v in value)
-    tolerance = units.read(value, info.context)
-    if tolerance < 0:
-        raise ValueError("expected a tolerance >= 0; give two deviations [lower, upper] where they differ")
-    return -tolerance, tolerance
-
-
-def _read_unit(value: object, info: ValidationInfo) -> float:
-    if not isinstance(value, str):
-        raise ValueError('expected the unit of the column, such as "mm" (for diameters in mm: "0.5 mm")')
-    return units.read(value if value[:1].isdigit() else f"1 {value}", info.context)
-
-
-class _Entry(Section):
-    nominal: Own | None = None
-    tolerance: Annotated[tuple, BeforeValidator(_read_deviations)] | None = None
-    lower: Own | None = None
-    upper: Own | None = None
-    diameter: str | None = None
-    distribution: str | None = None
-    cp: quantity("1") | None = None
-    cpk: quantity("1") | None = None
-    mean: Literal["nominal"] | Own | None = None
-    shift: Literal["upper", "lower"] | None = None
-    mode: Own | None = None
-    alpha: quantity("1") | None = None
-    beta: quantity("1") | None = None
-    arguments: dict[str, Any] | None = None
-    truncated: StrictBool | None = None
-    data: str | None = None
-    column: str | None = None
-    unit: Annotated[float, BeforeValidator(_read_unit)] | None = None
-    method: Literal["bootstrap", "kernel"] | None = None
-    bandwidth: Own | None = None
-    lot_share: quantity("1") | None = None
-    lot_sd: Own | None = None
-
-    def given(self, *names: str) -> list[str]:
-        return [name for name in names if getattr(self, name) is not None]
 
 
 class DimensionsTable:
@@ -157,7 +109,7 @@ class DimensionsTable:
             limits = nominal + entry.tolerance[0], nominal + entry.tolerance[1]
         distribution = self._distribution(name)
         if limits is None and not distribution.stands_alone:
-            idle = entry.given("distribution", *_ALL_OPTIONS, "lot_share", "lot_sd")
+            idle = _given(entry, "distribution", *_ALL_OPTIONS, "lot_share", "lot_sd")
             if idle or name not in _JOINT:
                 raise Faults(f"{place('dimensions', name)} has no tolerance; add tolerance, or lower and upper.")
         lots = {"lot_share": entry.lot_share, "lot_sd": entry.lot_sd}
@@ -176,13 +128,13 @@ class DimensionsTable:
                 f"{place('dimensions', name, 'distribution')} = {short(word)} is unknown{suggestion(word, known) or ';'} "
                 f"Allowed: {', '.join(known)}, or the name of a continuous distribution of scipy.stats."
             )
-        strange = [option for option in entry.given(*_ALL_OPTIONS) if option not in _OPTIONS[kind]]
+        strange = [option for option in _given(entry, *_ALL_OPTIONS) if option not in _OPTIONS[kind]]
         if strange:
             raise Faults(
                 f"{place('dimensions', name, strange[0])} means nothing for the distribution {word!r}; allowed with "
                 f"it: {', '.join(_OPTIONS[kind]) or 'nothing more'}."
             )
-        options = {option: getattr(entry, option) for option in entry.given(*_OPTIONS[kind])}
+        options = {option: getattr(entry, option) for option in _given(entry, *_OPTIONS[kind])}
         with in_section("dimensions", name):
             if kind == "data":
                 return self._measured(**options)
@@ -208,16 +160,20 @@ class DimensionsTable:
         return Measured.from_csv(path, column, unit=unit, **options)
 
 
-def _entry(name: str, raw: object) -> _Entry:
+def _given(entry: DimensionSection, *names: str) -> list[str]:
+    return [name for name in names if getattr(entry, name) is not None]
+
+
+def _entry(name: str, raw: object) -> DimensionSection:
     table = raw if isinstance(raw, dict) else {"nominal": raw}
-    return validated(_Entry, table, "dimensions", name, context=units.SI[name])
+    return validated(DimensionSection, table, "dimensions", name, context=units.SI[name])
 
 
-def _limits(name: str, entry: _Entry, fit_size: str | None) -> tuple[float, float] | None:
+def _limits(name: str, entry: DimensionSection, fit_size: str | None) -> tuple[float, float] | None:
     """Limits that do not depend on the nominal value; None where there are none."""
     if (entry.lower is None) != (entry.upper is None):
         raise Faults(f"{place('dimensions', name)}: only one limit is given; give lower and upper, or a tolerance.")
-    ways = entry.given("lower", "diameter", "tolerance") + (["fit"] if fit_size is not None else [])
+    ways = _given(entry, "lower", "diameter", "tolerance") + (["fit"] if fit_size is not None else [])
     if len(ways) > 1:
         raise Faults(f"{place('dimensions', name)}: {' and '.join(ways)} both set its limits; leave one out.")
     size = fit_size if entry.diameter is None else entry.diameter

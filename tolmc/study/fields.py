@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from difflib import get_close_matches
 from reprlib import Repr
-from typing import Annotated, TypeVar, get_args
+from typing import Annotated, Any, TypeVar, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, ValidationInfo
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
+from pydantic.fields import FieldInfo
 
 from tolmc import units
 
@@ -19,9 +21,9 @@ _Table = TypeVar("_Table", bound="Section")
 
 
 class Section(BaseModel):
-    """A table of a study file; unknown fields are refused."""
+    """A table of a study file; unknown fields are refused. The text below a field says what it means."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 
 
 class Faults(Exception):
@@ -30,6 +32,45 @@ class Faults(Exception):
     def __init__(self, *sentences: str) -> None:
         super().__init__(*sentences)
         self.sentences = sentences
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """How the value of a field is written: for people, and as a JSON schema for editors.
+
+    Attributes
+    ----------
+    words : what may stand there
+    schema : the same as JSON schema; a place whose unit is that of the table's name holds :data:`OWN_UNIT`
+    remedy : what to do where the field is missing
+    """
+
+    words: str
+    schema: Mapping[str, Any]
+    remedy: str = "add it"
+
+    def __get_pydantic_json_schema__(self, core_schema: object, handler: object) -> dict[str, Any]:
+        return dict(self.schema)
+
+
+#: In a schema: a quantity in the unit that belongs to the name of its table.
+OWN_UNIT = {"$comment": "own unit"}
+
+
+def form(info: FieldInfo) -> Form | None:
+    """How the value of a field of a model is written, where its type says so."""
+    optional = (part for union in get_args(info.annotation) for part in getattr(union, "__metadata__", ()))
+    return next((part for part in (*info.metadata, *optional) if isinstance(part, Form)), None)
+
+
+def quantity_schema(unit: str, *, positive: bool = False) -> dict[str, Any]:
+    """JSON schema of a quantity in the SI unit ``unit``."""
+    schema = {"type": ["number", "string"], "examples": [units.example(unit)]}
+    return schema | {"exclusiveMinimum": 0} if positive else schema
+
+
+def _three(item: Mapping[str, Any]) -> dict[str, Any]:
+    return {"type": "array", "items": dict(item), "minItems": 3, "maxItems": 3}
 
 
 def quantity(unit: str, *, positive: bool = False):
@@ -41,7 +82,10 @@ def quantity(unit: str, *, positive: bool = False):
             raise ValueError("expected a number > 0")
         return number
 
-    return Annotated[float, BeforeValidator(read), Field(description=units.remedy(unit))]
+    words = f"{units.kind(unit)}{' > 0' if positive else ''}"
+    return Annotated[
+        float, BeforeValidator(read), Form(words, quantity_schema(unit, positive=positive), units.remedy(unit))
+    ]
 
 
 def whole(lowest: int, highest: int):
@@ -55,7 +99,8 @@ def whole(lowest: int, highest: int):
             raise ValueError(f"expected a whole number from {lowest} to {highest}")
         return int(value)
 
-    return Annotated[int, BeforeValidator(read)]
+    schema = {"type": "integer", "minimum": lowest, "maximum": highest}
+    return Annotated[int, BeforeValidator(read), Form(f"a whole number from {lowest} to {highest}", schema)]
 
 
 def vector(unit: str):
@@ -66,7 +111,8 @@ def vector(unit: str):
             raise ValueError(f"expected three values [x, y, z]; for each {units.remedy(unit)}")
         return tuple(units.read(v, unit) for v in value)
 
-    return Annotated[tuple, BeforeValidator(read)]
+    words = f"three values [x, y, z], each {units.kind(unit)}"
+    return Annotated[tuple, BeforeValidator(read), Form(words, _three(quantity_schema(unit)))]
 
 
 def _read_inertia(value: object) -> tuple:
@@ -77,8 +123,17 @@ def _read_inertia(value: object) -> tuple:
     return tuple(units.read(v, "kg m^2") for v in value)
 
 
+_MOMENT = quantity_schema("kg m^2")
+
 #: Type of an inertia: three moments or a 3x3 matrix.
-Inertia = Annotated[tuple, BeforeValidator(_read_inertia)]
+Inertia = Annotated[
+    tuple,
+    BeforeValidator(_read_inertia),
+    Form(
+        "three moments of inertia, or a 3x3 matrix of them",
+        {"anyOf": [_three(_MOMENT), _three(_three(_MOMENT))]},
+    ),
+]
 
 
 def _read_own(value: object, info: ValidationInfo) -> float:
@@ -86,7 +141,7 @@ def _read_own(value: object, info: ValidationInfo) -> float:
 
 
 #: Type of a quantity whose SI unit is the context of the validation, for tables that serve several quantities.
-Own = Annotated[float, BeforeValidator(_read_own)]
+Own = Annotated[float, BeforeValidator(_read_own), Form("a value in the unit of the table's name", OWN_UNIT)]
 
 
 def validated(model: type[_Table], table: object, *where: str, context: str | None = None) -> _Table:
@@ -143,8 +198,8 @@ def _sentence(model: type[Section], item: dict, where: tuple[str, ...]) -> str:
     field = place(*where, *loc) if where or len(loc) > 1 else str(loc[0])
     kind = item["type"]
     if kind == "missing":
-        description = _owner(model, loc).model_fields[loc[-1]].description
-        return f"{field} is missing; {description or 'add it'}."
+        written = form(_owner(model, loc).model_fields[loc[-1]])
+        return f"{field} is missing; {written.remedy if written else 'add it'}."
     if kind == "extra_forbidden":
         return _unknown(field, str(loc[-1]), item["input"], tuple(_owner(model, loc).model_fields))
     value = short(item["input"])

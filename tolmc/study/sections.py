@@ -1,4 +1,7 @@
-"""The sections of a study file, field by field: types, units, defaults and what is allowed."""
+"""The sections of a study file, field by field: what each means, types, units, defaults and what is allowed.
+
+`tolmc explain`, `tolmc schema` and studies/README.md say what stands here.
+"""
 
 from __future__ import annotations
 
@@ -8,51 +11,165 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, StrictBool, ValidationInfo
 
 from tolmc import units
-from tolmc.study.fields import Inertia, Own, Section, quantity, vector, whole
+from tolmc.study.fields import OWN_UNIT, Form, Inertia, Own, Section, quantity, vector, whole
 
 MAX_SAMPLES = 1_000_000_000
 
 
+def _read_deviations(value: object, info: ValidationInfo) -> tuple[float, float]:
+    if isinstance(value, list):
+        if len(value) != 2:
+            raise ValueError("expected one tolerance, or two deviations [lower, upper]")
+        return tuple(units.read(v, info.context) for v in value)
+    tolerance = units.read(value, info.context)
+    if tolerance < 0:
+        raise ValueError("expected a tolerance >= 0; give two deviations [lower, upper] where they differ")
+    return -tolerance, tolerance
+
+
+def _read_unit(value: object, info: ValidationInfo) -> float:
+    if not isinstance(value, str):
+        raise ValueError('expected the unit of the column, such as "mm" (for diameters in mm: "0.5 mm")')
+    return units.read(value if value[:1].isdigit() else f"1 {value}", info.context)
+
+
+_Deviations = Annotated[
+    tuple,
+    BeforeValidator(_read_deviations),
+    Form(
+        "one value T for ±T, or two deviations [lower, upper]",
+        {"anyOf": [OWN_UNIT, {"type": "array", "items": OWN_UNIT, "minItems": 2, "maxItems": 2}]},
+    ),
+]
+_Unit = Annotated[
+    float, BeforeValidator(_read_unit), Form('a unit, such as "mm" (for diameters in mm: "0.5 mm")', {"type": "string"})
+]
+
+
+class DimensionSection(Section):
+    """One dimension of `[dimensions]`: its nominal value, its limits, and what it follows between them."""
+
+    nominal: Own | None = None
+    """Value of the nominal motion. Of the joint's dimensions alone; every other scalar has it in its own table."""
+    tolerance: _Deviations | None = None
+    """Limits as deviations from the nominal value."""
+    lower: Own | None = None
+    """Lower limit, in place of a tolerance; `upper` goes with it. Without `nominal` their middle is the nominal value."""
+    upper: Own | None = None
+    """Upper limit."""
+    diameter: str | None = None
+    """Size and ISO 286 tolerance class of the diameter (of the bearing's length for half_length), such as "40 H7"."""
+    distribution: str | None = None
+    """What the dimension follows between its limits: "truncated_normal" (normal, cut at the limits), "normal", "uniform",
+    "triangular", "beta", or the name of a continuous distribution of scipy.stats."""
+    cp: quantity("1") | None = None
+    """Process capability Cp of a normal distribution: the limits are 6 Cp standard deviations apart. 1 when not given."""
+    cpk: quantity("1") | None = None
+    """Process capability Cpk of a normal distribution, at most Cp: how far its mean is from the middle."""
+    mean: Literal["nominal"] | Own | None = None
+    """Mean of a normal distribution, or "nominal"; the middle of the limits when not given."""
+    shift: Literal["upper", "lower"] | None = None
+    """Towards which limit the mean is shifted, with `cpk`."""
+    mode: Own | None = None
+    """Most likely value of a triangular distribution; the middle of the limits when not given."""
+    alpha: quantity("1") | None = None
+    """First shape parameter of a beta distribution."""
+    beta: quantity("1") | None = None
+    """Second shape parameter of a beta distribution."""
+    arguments: dict[str, Any] | None = None
+    """Arguments of a distribution of scipy.stats, such as { loc = "20 mm", scale = "0.01 mm" }."""
+    truncated: StrictBool | None = None
+    """Whether a distribution of scipy.stats is cut at the limits."""
+    data: str | None = None
+    """CSV file of measured values, in the study's folder: samples are drawn from them."""
+    column: str | None = None
+    """Its column."""
+    unit: _Unit | None = None
+    """Unit of the column."""
+    method: Literal["bootstrap", "kernel"] | None = None
+    """Measured values themselves ("bootstrap"), or smoothed ("kernel")."""
+    bandwidth: Own | None = None
+    """Standard deviation of the smoothing; Silverman's when not given."""
+    lot_share: quantity("1") | None = None
+    """Share of the variance that lies between lots, 0 to 1; needs `[dimensions] lot_size`."""
+    lot_sd: Own | None = None
+    """Standard deviation between lots, in place of `lot_share`."""
+
+
 class _Model(Section):
+    """How the joint is idealised."""
+
     section: Literal["circle", "exact"] = "circle"
+    """"circle": the journal's axis rests on circles of constant radius, good for a small clearance; "exact": the bearing's
+    rims touch the tilted cylinder."""
     formulation: Literal["slope", "published", "published-regular"] = "slope"
+    """Coordinates of the equations of motion; the two others than "slope" are for comparison."""
 
 
 class _Cylinder(Section):
+    """A homogeneous cylinder along the journal's axis, whose inertia follows from its mass."""
+
     radius: quantity("m", positive=True)
+    """Its radius."""
     length: quantity("m", positive=True)
+    """Its length along the axis."""
 
 
 class BodySection(Section):
+    """The rigid body that turns in the bearing: journal and all that is fixed to it."""
+
     mass: quantity("kg", positive=True)
+    """Its mass."""
     center_of_mass: vector("m") = (0.0, 0.0, 0.0)
+    """Centre of mass from O, the point of the journal's axis in the bearing's middle plane; body axes, z along the axis."""
     inertia: Inertia | None = None
+    """Inertia about O, body axes: three moments or a 3x3 matrix (off the diagonal -∫xy dm); one of three ways to give it."""
     centroidal_inertia: Inertia | None = None
+    """The same about the centre of mass."""
     solid_cylinder: _Cylinder | None = None
+    """The inertia of a homogeneous cylinder around the centre of mass."""
 
 
 class _Loads(Section):
+    """Constant loads on the body, axes fixed in the bearing: Z along the bore, Y up in a horizontal one."""
+
     gravity: vector("m/s^2") = (0.0, 0.0, 0.0)
+    """Acceleration of gravity."""
     force: vector("N") | None = None
+    """A force of fixed direction."""
     force_point: vector("m") | None = None
+    """Where it acts, from O in body axes; O when not given."""
     torque: vector("N m") | None = None
+    """A torque of fixed direction."""
 
 
 class _Motion(Section):
+    """The start of the motion, and how long it lasts. The journal's axis leaves the bearing at D (Z = +L) and E (Z = -L)."""
+
     alpha: quantity("rad")
+    """Polar angle of D, from X towards Y: -90 deg is the bottom of a horizontal bore."""
     beta: quantity("rad")
+    """Polar angle of E."""
     alpha_rate: quantity("rad/s") = 0.0
+    """Rate of alpha."""
     beta_rate: quantity("rad/s") = 0.0
+    """Rate of beta."""
     spin: quantity("rad") = 0.0
+    """Turn of the body about its axis."""
     spin_rate: quantity("rad/s") = 0.0
+    """Angular velocity about its axis."""
     duration: quantity("s", positive=True)
+    """How long the motion is followed."""
 
 
 def _read_statistic(value: object) -> str:
     percent = re.fullmatch(r"q(\d{1,2}(?:\.\d{1,12})?)", value) if isinstance(value, str) else None
     if value not in ("mean", "sd", "yield") and not (percent and float(percent[1]) > 0):
-        raise ValueError('expected "mean", "sd", "yield" or a quantile in percent such as "q99.865"')
+        raise ValueError(f"expected {_STATISTIC}")
     return value
+
+
+_STATISTIC = '"mean", "sd", "yield" or a quantile in percent such as "q99.865"'
 
 
 def _read_width(value: object, info: ValidationInfo) -> float:
@@ -66,43 +183,80 @@ def _read_width(value: object, info: ValidationInfo) -> float:
 
 
 class _Until(Section):
+    """The interval that ends sampling when it is narrow enough."""
+
     output: Literal[units.OUTPUTS] | None = None
-    statistic: Annotated[str, BeforeValidator(_read_statistic)] = Field(
-        description='give "mean", "sd", "yield" or a quantile in percent such as "q99.865"'
-    )
-    width: Annotated[float, BeforeValidator(_read_width)] = Field(
-        description="give the largest width of the interval, in the output's unit"
-    )
+    """Output whose statistic is meant; none for the yield."""
+    statistic: Annotated[
+        str, BeforeValidator(_read_statistic), Form(_STATISTIC, {"type": "string"}, f"give {_STATISTIC}")
+    ]
+    """Which statistic."""
+    width: Annotated[
+        float,
+        BeforeValidator(_read_width),
+        Form(
+            "a width > 0, in the output's unit",
+            {"type": ["number", "string"]},
+            "give the largest width of the interval, in the output's unit",
+        ),
+    ]
+    """Largest width of its 95 % interval, upper less lower bound."""
 
 
 class MonteCarloSection(Section):
+    """How many motions are sampled, and how they are integrated."""
+
     samples: whole(1, MAX_SAMPLES) = 10_000
+    """Number of motions; with `until`, the largest."""
     sampling: Literal["random", "latin_hypercube", "sobol"] = "sobol"
+    """How dimensions are drawn; "sobol" has by far the narrowest intervals."""
     seed: whole(0, 2**63 - 1) = 0
+    """Seed of the draw: the same seed gives the same samples, bit for bit."""
     workers: whole(1, 1024) = 2
+    """Parallel workers; the numbers do not depend on it."""
     accuracy: quantity("1", positive=True) | None = None
+    """Relative error of a motion that a pilot chooses the step for; 1e-7 when not given, in Sobol' runs 1e-8."""
     step: quantity("s", positive=True) | None = None
+    """Step of the integration, in place of `accuracy`."""
     method: Literal["rk4", "rk8", "auto"] = "rk8"
+    """Runge-Kutta method."""
     on_contact_loss: Literal["stop", "continue", "end"] = "stop"
+    """What happens where the journal leaves the wall: the outputs "stop" there, the motion may "continue" with a wall that
+    pulls, or the sample may "end"."""
     project_energy: StrictBool = False
+    """Whether every step is brought back to the energy at the start (and what the loads have done since)."""
     halving: StrictBool = False
+    """Whether every motion is integrated with half the step too, and judged by the difference."""
     outputs: list[Literal[units.OUTPUTS]] | None = None
+    """Outputs to compute; all of them when not given. Geometry alone needs no motion and takes next to no time."""
     until: _Until | None = None
+    """Sample only until an interval is narrow enough."""
 
 
 class LimitsSection(Section):
+    """A requirement on an output of `[specification]`: the limits that it has to keep."""
+
     min: Own | None = None
+    """Lower limit."""
     max: Own | None = None
+    """Upper limit."""
 
 
 class StudyFile(Section):
+    """A study: a TOML file. Numbers are in SI units; texts carry their unit."""
+
     title: str | None = None
+    """What tables and pictures are headed with; the file's name when not given."""
     dimensions: dict[str, Any]
+    """The joint's three dimensions, and every other scalar that has a tolerance."""
     correlation: dict[str, Any] = Field(default_factory=dict)
+    """Correlation of two dimensions: `bearing_radius.journal_radius = 0.5`."""
     body: BodySection
     loads: _Loads = _Loads()
     motion: _Motion
     model: _Model = _Model()
     monte_carlo: MonteCarloSection = MonteCarloSection()
     specification: dict[str, Any] = Field(default_factory=dict)
+    """What the outputs have to keep."""
     allocation: dict[str, Any] = Field(default_factory=dict)
+    """What tolerances cost, for `tolmc allocate`."""
