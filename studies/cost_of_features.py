@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 from study_tools import BLUE, GREY, ORANGE, STYLE, arguments, paper_joint, save, show
 
 from tolmc.mechanism.scene import Body, Loads, Scene
-from tolmc.simulation.ensemble import END_OUTPUTS, GEOMETRY_OUTPUTS, simulate_many
+from tolmc.simulation.ensemble import simulate_many
+from tolmc.simulation.outputs import END_OUTPUTS, GEOMETRY_OUTPUTS
 
 STEPS = 64
 MOTION = ("energy_error",)

@@ -21,7 +21,8 @@ from study_tools import BLUE, GREY, ROOT, STYLE, arguments, save, show
 
 from tolmc import load_study
 from tolmc.runs import run as monte_carlo
-from tolmc.simulation.ensemble import integrate_columns, scene_outputs
+from tolmc.simulation.ensemble import integrate_columns
+from tolmc.simulation.outputs import scene_outputs
 from tolmc.study.study import Study
 from tolmc.tolerances.draw import sample
 

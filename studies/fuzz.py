@@ -24,7 +24,10 @@ from rich.progress import track
 from study_tools import ROOT, arguments, show
 
 from tolmc import cli
-from tolmc.simulation.ensemble import FORMULATIONS, GEOMETRY_OUTPUTS, ON_CONTACT_LOSS, OUTPUTS, STATUSES, simulate_many
+from tolmc.simulation.ensemble import simulate_many
+from tolmc.simulation.judge import STATUSES
+from tolmc.simulation.outputs import GEOMETRY_OUTPUTS, OUTPUTS
+from tolmc.simulation.plan import FORMULATIONS, ON_CONTACT_LOSS
 
 DIMENSIONS = ("bearing_radius", "journal_radius", "half_length")
 NUMBERS = [name for name in OUTPUTS if name != "contact_loss_time"]

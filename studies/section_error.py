@@ -25,7 +25,8 @@ from study_tools import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, STYLE, arguments
 
 from tolmc.mechanism.circle_error import CONTACT_FORCE_SHARE, section_error_estimate
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
-from tolmc.simulation.ensemble import simulate, simulate_many
+from tolmc.simulation.ensemble import simulate_many
+from tolmc.simulation.trajectory import simulate
 
 JOURNAL, MASS, GRAVITY = 0.01, 0.5, 9.81
 #: z_C/L, A/(m L^2), C/(m L^2). The first is the paper joint's body.

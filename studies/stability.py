@@ -35,7 +35,7 @@ from stability_scenes import Case, suite
 from study_tools import ROOT, STYLE, arguments, save, show
 
 from tolmc.mechanism.scene import Joint, Scene
-from tolmc.simulation.ensemble import Trajectory, simulate
+from tolmc.simulation.trajectory import Trajectory, simulate
 
 sys.path.insert(0, str(ROOT / "tests"))
 from twins import slope_twin

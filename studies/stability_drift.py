@@ -9,7 +9,8 @@ import pandas as pd
 from study_tools import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, paper_joint
 
 from tolmc.mechanism.scene import Loads, Scene
-from tolmc.simulation.ensemble import Trajectory, simulate, simulate_many
+from tolmc.simulation.ensemble import simulate_many
+from tolmc.simulation.trajectory import Trajectory, simulate
 
 #: Steps a second: what the default accuracy asks for, five times as many, and so many that only rounding is left.
 COARSE, FINE, FINEST = 80, 400, 1600

@@ -34,7 +34,8 @@ from peers import PEERS, Motions, reference
 from threadpoolctl import threadpool_limits
 
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
-from tolmc.simulation.ensemble import END_OUTPUTS, OUTPUTS, simulate_many
+from tolmc.simulation.ensemble import simulate_many
+from tolmc.simulation.outputs import END_OUTPUTS, OUTPUTS
 
 ROOT = Path(__file__).parents[1]
 TARGETS = (1e-6, 1e-7, 1e-8, 1e-10)

@@ -29,7 +29,8 @@ from scipy.optimize import brentq, minimize_scalar
 from twins import slope_twin
 
 from tolmc import Body, Loads, Motion, Scene, simulate, simulate_many
-from tolmc.simulation.ensemble import END_OUTPUTS, OUTPUTS, plan_integration
+from tolmc.simulation.outputs import END_OUTPUTS, OUTPUTS
+from tolmc.simulation.pilot import plan_integration
 
 everyone = pytest.mark.parametrize("name", REFERENCES)
 GENERAL = REFERENCES["general_body_unbalanced"].scene

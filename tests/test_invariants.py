@@ -9,7 +9,7 @@ from scenes import CYLINDER, LOADED, PAPER_JOINT, START, SYMMETRIC, UNBALANCED, 
 from twins.invariants import angular_momentum_z
 
 from tolmc import Body, Joint, Loads, Motion, Scene, simulate, simulate_many
-from tolmc.simulation.ensemble import plan_integration
+from tolmc.simulation.pilot import plan_integration
 
 UPRIGHT = Scene(PAPER_JOINT, CYLINDER, Loads((0, 0, -9.81)), START, 0.2)
 EXACT = replace(UPRIGHT, joint=replace(PAPER_JOINT, section="exact"))

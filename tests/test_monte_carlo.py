@@ -13,7 +13,8 @@ from tolmc.errors import InputError
 from tolmc.runs import run as monte_carlo
 from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.run import default_directory, replay, run
-from tolmc.simulation.ensemble import OUTPUTS, simulate_many
+from tolmc.simulation.ensemble import simulate_many
+from tolmc.simulation.outputs import OUTPUTS
 from tolmc.statistics import summary as statistics
 from tolmc.study.file import load_study
 from tolmc.study.study import StudyError

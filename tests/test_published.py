@@ -17,7 +17,7 @@ from tolmc.kernels import parameters as P
 from tolmc.kernels import published
 from tolmc.kernels.tableaux import TABLEAUX
 from tolmc.mechanism.scene import SCALARS, Body, Joint, Loads, Motion, Scene
-from tolmc.simulation.ensemble import END_OUTPUTS
+from tolmc.simulation.outputs import END_OUTPUTS
 
 CASES = json.loads((Path(__file__).parent / "data" / "trajectories.json").read_text())
 SETS = {

@@ -8,7 +8,8 @@ from scenes import SYMMETRIC, dimensions
 
 from tolmc.mechanism.circle_error import section_error_estimate, section_error_sentence
 from tolmc.mechanism.scene import Joint
-from tolmc.simulation.ensemble import simulate, simulate_many
+from tolmc.simulation.ensemble import simulate_many
+from tolmc.simulation.trajectory import simulate
 
 JOINTS = [Joint(0.01 * (1 + ratio), 0.01, 0.01 * L) for ratio, L in ((1e-4, 0.5), (0.01, 2.0), (1.0, 2.0), (0.5, 20.0))]
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tolmc import units
 from tolmc.mechanism import scene as mechanism
-from tolmc.simulation import ensemble as simulation
+from tolmc.simulation import outputs as simulation
 
 UNITS = sorted(set(units.SI.values()))
 

@@ -9,7 +9,9 @@ import pandas as pd
 from tolmc.analysis.surrogate import Model, training_box
 from tolmc.errors import InputError
 from tolmc.mechanism.scene import SCALARS
-from tolmc.simulation.ensemble import GEOMETRY_OUTPUTS, plan_integration, simulate_many
+from tolmc.simulation.ensemble import simulate_many
+from tolmc.simulation.outputs import GEOMETRY_OUTPUTS
+from tolmc.simulation.pilot import plan_integration
 from tolmc.study.study import Study
 
 _JOINT = SCALARS[:3]
@@ -22,7 +24,7 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
 
     Parameters
     ----------
-    outputs : names in :data:`tolmc.simulation.ensemble.OUTPUTS`
+    outputs : names in :data:`tolmc.simulation.outputs.OUTPUTS`
         What the model returns, beside ``status``; nothing else is computed.
 
     Raises

@@ -206,7 +206,7 @@ def _draw_scatter(axis, samples: pd.DataFrame, driver: str, output: str) -> None
 def draw_trajectory(trajectory, scene: Scene, *, title: str) -> Figure:
     """Traces of the axis points D and E on their circles, their polar angles and contact forces over time.
 
-    ``trajectory`` is a :class:`tolmc.simulation.ensemble.Trajectory`.
+    ``trajectory`` is a :class:`tolmc.simulation.trajectory.Trajectory`.
     """
     offset = scene.joint.half_length * trajectory.axis[:, :2] / trajectory.axis[:, 2:]
     ends = {"D": trajectory.origin + offset, "E": trajectory.origin - offset}

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from tolmc.mechanism.scene import Scene
-from tolmc.simulation.ensemble import Trajectory, plan_integration, simulate
+from tolmc.simulation.pilot import plan_integration
+from tolmc.simulation.trajectory import Trajectory, simulate
 from tolmc.study.study import Study, StudyError
 
 _CURVE_POINTS, _MOST_STORED = 2_000, 2_000_000

@@ -35,7 +35,7 @@ def _read_infinity(value: object) -> object:
 
 
 class _Plan(_Recorded):
-    """A plan of integration, tolmc.simulation.ensemble.Plan, in JSON: an infinite error is a word there."""
+    """A plan of integration, tolmc.simulation.plan.Plan, in JSON: an infinite error is a word there."""
 
     formulation: Literal["slope", "published", "published-regular"]
     method: Literal["rk4", "rk8"]

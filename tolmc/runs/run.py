@@ -29,15 +29,12 @@ from tolmc.runs.pictures import RunPictures, run_pictures
 from tolmc.runs.progress import progress
 from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.until import Sequential, looks_of, outcome, sample_study
-from tolmc.simulation.ensemble import (
-    GEOMETRY_OUTPUTS,
-    STATUSES,
-    Plan,
-    Trajectory,
-    integrate_columns,
-    plan_integration,
-    scene_outputs,
-)
+from tolmc.simulation.ensemble import integrate_columns
+from tolmc.simulation.judge import STATUSES
+from tolmc.simulation.outputs import GEOMETRY_OUTPUTS, scene_outputs
+from tolmc.simulation.pilot import plan_integration
+from tolmc.simulation.plan import Plan
+from tolmc.simulation.trajectory import Trajectory
 from tolmc.statistics.columns import Columns
 from tolmc.statistics.outcomes import out_of_specification
 from tolmc.statistics.summary import count_statuses, summarise, summarise_requirements

@@ -1,0 +1,81 @@
+"""One block of samples: from scalars to columns of outputs, each sample with its status."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tolmc.kernels import parameters as P
+from tolmc.mechanism import geometry
+from tolmc.mechanism.scene import Scene
+from tolmc.simulation import results as R
+from tolmc.simulation.integration import integrate
+from tolmc.simulation.judge import GEOMETRY_INVALID, difference, judged
+from tolmc.simulation.outputs import ROWS, integrates, wants_forces
+from tolmc.simulation.packing import pack, scratch
+from tolmc.simulation.plan import Plan
+from tolmc.simulation.published import published_results
+
+
+def block_columns(
+    scene: Scene,
+    columns: Mapping[str, np.ndarray],
+    n: int,
+    outputs: Sequence[str],
+    plan: Plan,
+    on_contact_loss: str,
+    project_energy: bool,
+) -> dict[str, np.ndarray]:
+    """Columns of the outputs, status_time and status (its code) of ``n`` samples; valid until this thread's next block.
+
+    ``columns`` are the scalars that vary, (n,) each. Absurd numbers run through: what they make of a motion is seen in its
+    status, not in warnings.
+    """
+    with np.errstate(all="ignore"):
+        raw, code = pack({**scene.scalars, **columns}, n, scratch("raw", P.COUNT, n))
+        found = _geometry(raw, code != GEOMETRY_INVALID)
+        found["status_time"] = np.full(n, np.nan)
+        valid = code == R.OK
+        results = None
+        if integrates(outputs) and valid.any():
+            forces = wants_forces(outputs)
+            results = _results(raw, valid, plan, forces, scene.duration, on_contact_loss, project_energy)
+            code[valid] = results[R.STATUS, valid]
+            found["status_time"] = np.where(code != R.OK, results[R.END_TIME], np.nan)
+            code = judged(code, results, raw, plan, forces)
+    for name in outputs:
+        if name in ROWS:
+            found[name] = np.full(n, np.nan) if results is None else results[ROWS[name]]
+    return {name: found[name] for name in (*outputs, "status_time")} | {"status": code}
+
+
+def _geometry(raw: np.ndarray, joint: np.ndarray) -> dict[str, np.ndarray]:
+    """Equations (1)-(3) of the samples that are a ``joint``; NaN of the others."""
+    large, small, length = raw[[P.BEARING_RADIUS, P.JOURNAL_RADIUS, P.HALF_LENGTH]]
+    tilt = np.full(raw.shape[1], np.nan)
+    if joint.any():
+        tilt[joint] = geometry.tilt_angle(large[joint], small[joint], length[joint])
+    approximate = np.where(joint, large - small, np.nan)
+    return {"tilt_angle": tilt, "effective_radius": raw[P.RADIUS], "approximate_radius": approximate}
+
+
+def _results(raw, valid, plan: Plan, forces: bool, duration: float, on_contact_loss: str, project_energy: bool):
+    """The kernels' results (results.RESULTS, n); NaN of the samples that are not ``valid``."""
+    everything = valid.all()
+    inside = raw if everything else np.ascontiguousarray(raw[:, valid])
+    if plan.formulation == "slope":
+        out = scratch("results", R.RESULTS, inside.shape[1])
+        part = integrate(inside, plan, forces, duration, on_contact_loss, project_energy, out)
+        if plan.halving:
+            finer = replace(plan, steps=2 * plan.steps)
+            fine = integrate(inside, finer, forces, duration, on_contact_loss, project_energy)
+            part[R.HALVING_ERROR] = difference(part, fine, inside[P.RADIUS], forces)
+    else:
+        part = published_results(inside, plan, forces, duration, on_contact_loss)
+    if everything:
+        return part
+    results = np.full((R.RESULTS, raw.shape[1]), np.nan)
+    results[:, valid] = part
+    return results

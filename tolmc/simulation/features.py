@@ -1,0 +1,57 @@
+"""What the kernels must compute for a scene: what it does not have is not compiled into them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tolmc.mechanism.scene import Scene
+
+
+@dataclass(frozen=True)
+class Features:
+    """What the kernels must compute; what is False is not compiled into them."""
+
+    general: bool = False
+    axial: bool = False
+    exact: bool = False
+    load: bool = True
+    #: Whether the angular momentum about Z, and Omega, are conserved.
+    momentum: bool = False
+    spin: bool = False
+
+    @property
+    def model(self) -> tuple[int | None, int | None, int | None]:
+        """general, axial, exact as the kernels' specialising arguments."""
+        return 1 if self.general else None, 1 if self.axial else None, 1 if self.exact else None
+
+
+_UNSYMMETRIC = {
+    "center_of_mass_x", "center_of_mass_y", "inertia_xy", "inertia_xz", "inertia_yz", "inertia_xx", "inertia_yy",
+    "torque_x", "torque_y", "torque_z", "force_point_x", "force_point_y",
+}  # fmt: skip
+
+
+def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
+    """What the kernels must compute for a scene whose scalars ``varied`` vary from sample to sample.
+
+    ``general``: the body is not symmetric, or a load turns with it or has a moment along its axis; ``axial``: all load is
+    axial and nobody asks for the ``pose`` itself; ``exact``: the section is exact; ``load``: there is any load.
+    """
+    body, loads = scene.body, scene.loads
+    names = {f"{load}_{axis}" for load in ("gravity", "force", "torque") for axis in "xyz"}
+    present = {name for name in names if scene.scalars[name]} | (varied & names)
+    force = any(name.startswith("force") for name in present)
+    off_axis = force and loads.force_point is not None and any(loads.force_point[:2])
+    torque = any(name.startswith("torque") for name in present)
+    general = not body.is_symmetric or off_axis or torque or bool(varied & _UNSYMMETRIC)
+    transverse = any(not name.endswith("_z") for name in present)
+    exact = scene.joint.section == "exact"
+    if general and not scene.scalars["inertia_zz"] > 0:
+        raise ValueError(
+            "Body: inertia[2, 2] = 0 kg m^2 has no spin dynamics under this body or load; allowed: > 0 unless the body is "
+            "symmetric about the journal's axis and no load has a moment along it. Give the journal's own inertia."
+        )
+    turned = present & {"gravity_x", "gravity_y", "force_x", "force_y", "torque_z"}
+    axial = not (general or transverse or pose or exact)
+    symmetric = body.is_symmetric and not (varied & _UNSYMMETRIC) and not (off_axis or torque)
+    return Features(general, axial, exact, bool(present), momentum=not turned, spin=symmetric)

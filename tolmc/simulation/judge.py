@@ -1,0 +1,108 @@
+"""What became of a sample: its status, from the kernels' code and from what the numbers themselves say."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from tolmc.kernels import parameters as P
+from tolmc.simulation import results as R
+from tolmc.simulation.outputs import CHECKS
+from tolmc.simulation.plan import Plan
+
+# Codes of a sample's status; the first three are the kernels' own.
+INACCURATE = 3
+GEOMETRY_INVALID = 4
+BODY_INVALID = 5
+SINGULAR_PSI = 6
+SINGULAR_TILT = 7
+SINGULAR_THETA = 8
+#: Every status in words, in the order of the codes.
+STATUSES = (
+    "ok",
+    "contact lost",
+    "diverged",
+    "inaccurate",
+    "geometry invalid",
+    "body invalid",
+    "singular: psi = k pi/2",
+    "singular: X0 = Y0 = 0",
+    "singular: theta = 0",
+)
+
+
+def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, forces: bool) -> np.ndarray:
+    """Relative difference of two results, a number a sample: end of the motion, energy, and forces if there are any."""
+    end = slice(R.ORIGIN_X, R.ORIGIN_Y + 1)
+    axis = slice(R.AXIS_X, R.AXIS_Z + 1)
+    worst = np.maximum(
+        np.abs(coarse[end] - fine[end]).max(axis=0) / radius, np.abs(coarse[axis] - fine[axis]).max(axis=0)
+    )
+    worst = np.maximum(worst, coarse[R.ENERGY_ERROR])
+    if forces:
+        same = coarse[R.STATUS] == fine[R.STATUS]
+        scale = np.maximum(fine[R.D_MAX], fine[R.E_MAX])
+        # Where one of the two loses contact and the other just not, their statistics do not measure the integration.
+        tilt = np.abs(coarse[R.TILT_MAX] - fine[R.TILT_MAX])
+        worst = np.maximum(worst, np.where(same, tilt, 0.0))
+        force = np.abs(coarse[: R.E_RMS + 1] - fine[: R.E_RMS + 1]).max(axis=0)
+        force = np.divide(force, scale, out=np.zeros_like(force), where=scale > 0)
+        worst = np.where(same, np.maximum(worst, force), worst)
+    return np.where(np.isfinite(worst), worst, np.inf)
+
+
+def judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, forces: bool) -> np.ndarray:
+    """Codes of integrated samples whose numbers have been looked at; those that have no statistics lose them.
+
+    Diverged: a number that is not finite. Inaccurate: an invariant or the step-halving difference above the accuracy, or
+    statistics that contradict each other or the joint by more than it.
+    """
+    code = code.copy()
+    features = plan.features
+    checks = [R.ENERGY_ERROR, R.CONSTRAINT_ERROR, R.ENERGY_CORRECTION]
+    checks += [R.MOMENTUM_ERROR] if features.momentum else []
+    checks += [R.SPIN_ERROR] if features.spin else []
+    checks += [R.HALVING_ERROR] if plan.halving else []
+    worst = np.maximum.reduce([results[row] for row in checks])
+    finite = np.isfinite(worst)
+    if forces:
+        finite &= np.isfinite(results[: R.TILT_MAX + 1]).all(axis=0)
+        worst = np.maximum(worst, _contradiction(results, raw))
+    good = finite & (worst <= plan.accuracy)
+    if not good.all():
+        whole = code <= R.CONTACT_LOST
+        code[whole & ~finite] = R.DIVERGED
+        code[whole & finite & ~good] = INACCURATE
+    # A motion that has left the numbers' range or the coordinates' domain has no statistics.
+    without = (code == R.DIVERGED) | (code >= SINGULAR_PSI)
+    if without.any():
+        results[: R.LOSS_TIME + 1, without] = np.nan
+    return code
+
+
+def _contradiction(results: np.ndarray, raw: np.ndarray) -> np.ndarray:
+    """By how much min <= mean <= max, |mean| <= rms <= max |N| and tilt_max <= tilt_angle are missed, relative."""
+    miss = results[R.TILT_MAX] - np.arctan2(raw[P.RADIUS], raw[P.HALF_LENGTH])
+    for first in (R.D_MAX, R.E_MAX):
+        highest, lowest, mean, rms = results[first : first + 4]
+        largest = np.maximum(np.abs(highest), np.abs(lowest))
+        force = np.maximum.reduce([mean - highest, lowest - mean, np.abs(mean) - rms, rms - largest])
+        miss = np.maximum(miss, np.divide(force, largest, out=np.zeros_like(force), where=largest > 0))
+    return miss
+
+
+def sentence(summary: Mapping[str, np.ndarray], plan: Plan) -> str:
+    """Status of one motion in words, with the time where there is one."""
+    status, at = STATUSES[summary["status"][0]], summary["status_time"][0]
+    if status == "inaccurate":
+        name = max((name for name in CHECKS if name in summary), key=lambda name: summary[name][0])
+        if summary[name][0] > plan.accuracy:
+            return f"inaccurate: {name.replace('_', ' ')} {summary[name][0]:.1e} above {plan.accuracy:.1e}"
+        return f"inaccurate: a shorter step changes the results by more than {plan.accuracy:.1e}, or they contradict each other"
+    if status == "ok" or math.isnan(at):
+        return status
+    if status.startswith("singular: "):
+        return f"singular at t = {at:.9g} s: {status.removeprefix('singular: ')}"
+    return f"{status} at t = {at:.9g} s"

@@ -1,0 +1,172 @@
+"""The choice of step and method: a pilot integrates the nominal and the corner dimensions with n and 2 n steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from tolmc.kernels import parameters as P
+from tolmc.kernels.tableaux import TABLEAUX
+from tolmc.mechanism.checks import choice, positive_number
+from tolmc.mechanism.scene import SCALARS, Scene
+from tolmc.simulation import results as R
+from tolmc.simulation.features import features_of
+from tolmc.simulation.integration import integrate
+from tolmc.simulation.judge import difference
+from tolmc.simulation.outputs import wants_forces, wants_pose
+from tolmc.simulation.packing import pack
+from tolmc.simulation.plan import (
+    COARSE_ACCURACY,
+    DEFAULT_ACCURACY,
+    FORMULATIONS,
+    METHODS,
+    ON_CONTACT_LOSS,
+    Plan,
+    step_count,
+)
+
+_MOST_STEPS = 2_000_000
+_PATIENCE = 6  # halvings of the step without gain after which the pilot gives a motion up
+_FAR_FASTER = 64  # how much faster than the middle one a motion may be for the pilot to follow it
+_PILOT_SHARE = 0.3  # the pilot aims below the stated accuracy, for samples between its corners
+
+
+def _first_guess(raw: np.ndarray, duration: float) -> np.ndarray:
+    """Steps for half a radian of the fastest of a motion's rates: polar rates, pendulum and gyroscopic frequency; (n,)."""
+    r, mass = raw[P.RADIUS], raw[P.MASS]
+    load = sum(
+        np.abs(mass * raw[P.GRAVITY_X + i] + raw[P.FORCE_X + i]) + np.abs(raw[P.TORQUE_X + i]) / raw[P.HALF_LENGTH]
+        for i in range(3)
+    )
+    transverse = np.minimum(raw[P.J_XX], raw[P.J_YY]) + 1e-3 * mass * raw[P.HALF_LENGTH] ** 2
+    rate = np.maximum(np.abs(raw[P.ALPHA_RATE]), np.abs(raw[P.BETA_RATE])) + np.sqrt(load / (mass * r))
+    rate = rate + np.abs(raw[P.J_ZZ] * raw[P.SPIN_RATE]) / transverse
+    steps = np.where(np.isfinite(rate), 0.5 * rate * duration, 0.0)
+    return np.ceil(np.clip(steps, 4.0, _MOST_STEPS // 4))
+
+
+def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy) -> Plan:
+    """``draft`` with the fewest steps with which every column of ``raw`` meets its accuracy by step halving.
+
+    A column whose error falls no further however short the step, or whose motion is far faster than the others' (a clearance
+    of a few roundings, say), is set aside and counted as unresolved.
+    """
+    target = _PILOT_SHARE * draft.accuracy
+    order = TABLEAUX[draft.method].order
+
+    def results(steps):
+        return integrate(raw, replace(draft, steps=steps), forces, duration, on_contact_loss, project_energy)
+
+    guesses = _first_guess(raw, duration)
+    fast = guesses > _FAR_FASTER * np.median(guesses)
+    if fast.any():
+        rest = np.ascontiguousarray(raw[:, ~fast])
+        plan = _pilot(rest, draft, forces, duration, on_contact_loss, project_energy)
+        return replace(plan, unresolved=plan.unresolved + int(fast.sum()))
+    steps = int(guesses.max())
+    coarse = results(steps)
+    stalled, previous = np.zeros(raw.shape[1], int), np.full(raw.shape[1], np.inf)
+    while True:
+        fine = results(2 * steps)
+        errors = difference(coarse, fine, raw[P.RADIUS], forces)
+        error = float(errors.max())
+        if error <= target:
+            return replace(draft, steps=steps, pilot_error=error)
+        stalled = np.where((errors <= target) | (errors < 0.5 * previous), 0, stalled + 1)
+        hopeless = errors > target if 2 * steps >= _MOST_STEPS else stalled > _PATIENCE
+        if hopeless.all():
+            return replace(draft, steps=steps, pilot_error=error, unresolved=len(hopeless))
+        if hopeless.any():
+            rest = np.ascontiguousarray(raw[:, ~hopeless])
+            plan = _pilot(rest, draft, forces, duration, on_contact_loss, project_energy)
+            return replace(plan, unresolved=plan.unresolved + int(hopeless.sum()))
+        previous = errors
+        if error < 1e-2:
+            # Within the range where the order holds, go straight to the number of steps that it asks for.
+            wanted = math.ceil(1.05 * steps * (error / target) ** (1 / order))
+            if wanted < 2 * steps:
+                steps = max(wanted, steps + 1)
+                coarse = results(steps)
+                continue
+        steps, coarse = 2 * steps, fine
+
+
+def _corners(scene: Scene, bounds: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
+    """The nominal sample and the corners of the box (of its first six sides; the others at both ends one at a time)."""
+    sides = [name for name, (low, high) in bounds.items() if low != high]
+    nominal = {name: scene.scalars[name] if name in sides else low for name, (low, _) in bounds.items()}
+    points = [nominal]
+    points += [nominal | dict(zip(sides[:6], c, strict=True)) for c in product(*(bounds[s] for s in sides[:6]))]
+    points += [nominal | {side: end} for side in sides[6:] for end in bounds[side]]
+    return {name: np.array([p[name] for p in points]) for name in bounds}
+
+
+def plan_integration(
+    scene: Scene,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    *,
+    step: float | None = None,
+    method: str = "rk8",
+    formulation: str = "slope",
+    accuracy: float | None = None,
+    outputs: Sequence[str] | None = None,
+    on_contact_loss: str = "stop",
+    project_energy: bool = False,
+    halving: bool = False,
+) -> Plan:
+    """Choose step and method for a scene whose scalars vary within ``bounds``.
+
+    With ``step=None`` a pilot integrates the nominal and the corner dimensions with n and 2 n steps and takes the least n
+    for which the reported quantities (end of the motion, statistics of the contact forces if they are asked for, energy)
+    agree to ``accuracy``; ``method="auto"`` takes the method with the fewest evaluations. Where some of these motions meet it
+    with no step at all, their number is ``unresolved`` and every sample is judged by step halving.
+
+    Parameters
+    ----------
+    bounds : mapping from names in mechanism.SCALARS to (low, high), SI units
+    step : float, s, or None
+    accuracy : float
+        Relative to r, to the largest contact force and to the energy. Default 1e-7 (with a given step: 1e-4, only judged).
+
+    Raises
+    ------
+    ValueError
+        Unknown names, or values out of range.
+    """
+    _check_choices(scene, method, formulation, on_contact_loss, project_energy or halving)
+    forces = wants_forces(outputs)
+    if accuracy is not None:
+        accuracy = positive_number("accuracy", accuracy)
+    bounds = dict(bounds or {})
+    for name in bounds:
+        choice("bounds", name, SCALARS)
+    varied = {name for name, (low, high) in bounds.items() if not low == high == scene.scalars[name]}
+    features = features_of(scene, varied, wants_pose(outputs))
+    draft = Plan(formulation, "rk8" if method == "auto" else method, 1, accuracy or DEFAULT_ACCURACY, features=features)
+    if step is not None:
+        steps = step_count(scene.duration, step)
+        return replace(draft, steps=steps, accuracy=accuracy or COARSE_ACCURACY, halving=halving)
+    columns = _corners(scene, bounds)
+    raw, code = pack({**scene.scalars, **columns}, max((len(c) for c in columns.values()), default=1))
+    if not (code == R.OK).any():
+        return draft
+    raw = np.ascontiguousarray(raw[:, code == R.OK])
+    drafts = [replace(draft, method=name) for name in (METHODS if method == "auto" else (method,))]
+    with np.errstate(all="ignore"):
+        plans = [_pilot(raw, each, forces, scene.duration, on_contact_loss, project_energy) for each in drafts]
+    best = min(plans, key=lambda plan: plan.steps * TABLEAUX[plan.method].stages)
+    return replace(best, halving=halving or (best.unresolved > 0 and formulation == "slope"))
+
+
+def _check_choices(scene: Scene, method: str, formulation: str, on_contact_loss: str, slope_only: bool) -> None:
+    choice("formulation", formulation, FORMULATIONS)
+    choice("method", method, (*METHODS, "auto"))
+    choice("on_contact_loss", on_contact_loss, ON_CONTACT_LOSS)
+    if formulation != "slope" and scene.joint.section == "exact":
+        raise ValueError(f"formulation = {formulation!r} knows the circle only; with section = 'exact' use 'slope'.")
+    if formulation != "slope" and slope_only:
+        raise ValueError(f"project_energy and halving need formulation = 'slope', got {formulation!r}.")

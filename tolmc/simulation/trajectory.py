@@ -1,0 +1,117 @@
+"""One motion, step by step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from tolmc.mechanism.scene import Scene
+from tolmc.simulation.block import block_columns
+from tolmc.simulation.integration import trace
+from tolmc.simulation.judge import SINGULAR_PSI, sentence
+from tolmc.simulation.outputs import END_OUTPUTS, OUTPUTS, scene_outputs
+from tolmc.simulation.packing import pack
+from tolmc.simulation.pilot import plan_integration
+from tolmc.simulation.plan import Plan
+from tolmc.simulation.published import published_records, tilt_of
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """One motion, a row a step; the last row is at the scene's duration exactly.
+
+    ``time`` (n,) s, ``origin`` (n, 2) m, ``axis`` (n, 3), ``contact_force`` (n, 2) N_D and N_E in N, ``multipliers`` (n, 2) in
+    the formulation's own rows, ``tilt`` (n,) rad, ``energy`` (n,) J, ``status`` "ok" or what happened and when.
+    """
+
+    time: np.ndarray
+    origin: np.ndarray
+    axis: np.ndarray
+    contact_force: np.ndarray
+    multipliers: np.ndarray
+    tilt: np.ndarray
+    energy: np.ndarray
+    status: str
+
+    def to_frame(self) -> pd.DataFrame:
+        """The trajectory as a table, SI units."""
+        return pd.DataFrame(
+            {
+                "time": self.time,
+                "origin_x": self.origin[:, 0],
+                "origin_y": self.origin[:, 1],
+                **{f"axis_{c}": self.axis[:, i] for i, c in enumerate("xyz")},
+                "contact_force_D": self.contact_force[:, 0],
+                "contact_force_E": self.contact_force[:, 1],
+                "tilt": self.tilt,
+                "energy": self.energy,
+            }
+        )
+
+
+def simulate(
+    scene: Scene,
+    *,
+    step: float | None = None,
+    method: str = "rk8",
+    formulation: str = "slope",
+    accuracy: float | None = None,
+    project_energy: bool = False,
+) -> Trajectory:
+    """Integrate one motion and return it step by step.
+
+    Parameters as in :func:`simulate_many`. The model is two-sided: the motion goes on after a contact force has turned
+    negative, and the status says when that happened first.
+    """
+    plan = plan_integration(
+        scene, step=step, method=method, formulation=formulation, accuracy=accuracy, outputs=(*OUTPUTS, *END_OUTPUTS),
+        on_contact_loss="continue", project_energy=project_energy,
+    )  # fmt: skip
+    raw, _ = pack(scene.scalars, 1)
+    time = np.linspace(0.0, scene.duration, plan.steps + 1)
+    outputs = scene_outputs(plan, project_energy)
+    summary = block_columns(scene, {}, 1, outputs, plan, "continue", project_energy)
+    status = sentence(summary, plan)
+    if plan.formulation != "slope":
+        return _recorded(scene, raw, plan, summary, time, status)
+    with np.errstate(all="ignore"):
+        return _traced(scene, raw, plan, project_energy, time, status)
+
+
+def _recorded(scene: Scene, raw, plan: Plan, summary, time: np.ndarray, status: str) -> Trajectory:
+    """The motion in the paper's coordinates, up to the singular set that ends it."""
+    records = published_records(np.ascontiguousarray(raw[:, 0]), plan, scene.duration)
+    rows = max(records.rows, 1)
+    if summary["status"][0] >= SINGULAR_PSI:
+        rows = min(rows, 1 + round(summary["status_time"][0] / scene.duration * plan.steps))
+    return Trajectory(
+        time=time[:rows],
+        origin=records.q[:rows, :2],
+        axis=records.axis[:rows],
+        contact_force=records.contact_force[:rows],
+        multipliers=records.multipliers[:rows],
+        tilt=tilt_of(records.axis[:rows]),
+        energy=records.energy[:rows],
+        status=status,
+    )
+
+
+def _traced(scene: Scene, raw, plan: Plan, project_energy: bool, time: np.ndarray, status: str) -> Trajectory:
+    """The motion in slope coordinates."""
+    x, y, u, v, n_d, n_e, lambda_d, lambda_e, kinetic, potential, w2 = trace(raw, plan, scene.duration, project_energy)
+    length = scene.joint.half_length
+    norm = np.sqrt(length * length + w2)
+    symmetric = not plan.features.general
+    spin_energy = 0.5 * scene.body.inertia[2, 2] * scene.motion.spin_rate**2 if symmetric else 0.0
+    return Trajectory(
+        time=time,
+        origin=np.stack((x, y), axis=1),
+        axis=np.stack((u / norm, v / norm, length / norm), axis=1),
+        contact_force=np.stack((n_d, n_e), axis=1),
+        multipliers=np.stack((lambda_d, lambda_e), axis=1),
+        tilt=np.arctan(np.sqrt(np.maximum(w2, 0.0)) / length),
+        energy=kinetic + potential + spin_energy,
+        status=status,
+    )
