@@ -1,22 +1,11 @@
 """The [allocation] table of a study file: what tolerances cost and which yield is required.
 
-[allocation]
-target_yield = 0.9973          share of the motions that keep every limit of [specification]
-confidence = 0.95              of the statement that the yield is at least that; above 0.5
-samples = 100000               independent motions of the confirming run
-seed = 7                       that of [monte_carlo] when not given
-
-[allocation.dimensions]        each dimension whose tolerance is to be chosen; the others keep theirs
+[allocation.dimensions]
 bearing_radius = { grades = { IT7 = 9.0, IT8 = 5.5, IT9 = 3.6 }, anchor = "lower" }
 half_length = { narrowest = "0.02 mm", widest = "0.4 mm", cost = { fixed = 1, variable = 2, at = "0.1 mm" } }
 
-``grades``: ISO 286 grades of the diameter (of the bearing's length 2 L), each with the cost of a piece; a radius or half-length
-gets half their width. The standard's row is that of the basic size of a ``fit`` or ``diameter``, else of twice the nominal.
-``cost``: fixed + variable f(T/at) of the zone's width T = upper - lower, between the widths ``narrowest`` and ``widest``;
-``law`` names f: "reciprocal" (1/x, the default), "reciprocal-square" (1/x^2) or "exponential" (exp(1 - x)).
-``anchor``: the point of the zone that stays when its width changes: "nominal", "lower", "upper" or "middle". When it is not
-given, the zone of a ``fit`` or ``diameter`` keeps its letter (40 H7 becomes 40 H9), any other its nominal.
-Costs are in any currency. Distributions keep their shape between the limits.
+A radius or half-length gets half the width of its grade. The standard's row is that of the basic size of a ``fit`` or
+``diameter``, else of twice the nominal; the zone of such a size keeps its letter (40 H7 becomes 40 H9).
 """
 
 from __future__ import annotations
@@ -25,12 +14,24 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator
 
 from tolmc import units
 from tolmc.allocation.allocate import Plan
 from tolmc.allocation.offers import ANCHORS, LAWS, Curve, Grades, with_widths
-from tolmc.study.fields import Faults, Own, Section, check_names, in_section, place, quantity, validated, whole
+from tolmc.study.fields import (
+    Faults,
+    Form,
+    Own,
+    Section,
+    check_names,
+    in_section,
+    own,
+    place,
+    quantity,
+    validated,
+    whole,
+)
 from tolmc.study.sections import MAX_SAMPLES
 from tolmc.study.study import Study, StudyError
 from tolmc.tolerances import fits
@@ -40,38 +41,63 @@ _GRADED = ("bearing_radius", "journal_radius", "half_length")
 
 
 def _share(low: float):
+    """Type of a share between ``low`` and 1."""
+
     def read(value: object) -> float:
         number = units.read(value, "1")
         if not low < number < 1.0:
-            raise ValueError(f"expected a share between {low:g} and 1, such as 0.9973 or '99.73 %'")
+            raise ValueError(f"expected {words}")
         return number
 
-    return Annotated[float, BeforeValidator(read)]
+    words = f"a share between {low:g} and 1, such as 0.9973 or '99.73 %'"
+    return Annotated[float, BeforeValidator(read), Form(words, {"type": ["number", "string"]})]
 
 
 class _Cost(Section):
+    """What a dimension costs: fixed + variable f(T/at) of the width T of its zone, upper less lower limit."""
+
     law: Literal[tuple(LAWS)] = "reciprocal"
+    """Its shape f(x): 1/x, 1/x² or exp(1 - x)."""
     fixed: quantity("1") = 0.0
-    variable: Annotated[
-        quantity("1", positive=True), Field(description="give the cost on top of fixed at the width `at`")
-    ]
-    at: Annotated[Own, Field(description="give the width to which the variable cost belongs")]
+    """Cost however wide the zone is, in any currency."""
+    variable: quantity("1", positive=True, remedy="give the cost on top of fixed at the width `at`")
+    """Cost on top of `fixed` where the zone is `at` wide."""
+    at: own(remedy="give the width to which the variable cost belongs")
+    """The width to which the variable cost belongs."""
 
 
-class _Choice(Section):
+class ChoiceSection(Section):
+    """What one dimension of `[allocation.dimensions]` may be: ISO 286 grades, or any width between two."""
+
     grades: dict[str, quantity("1", positive=True)] | None = None
+    """Grades of the diameter (of the bearing's length) and the cost of a piece in each: { IT7 = 9.0, IT8 = 5.5 }."""
     cost: _Cost | None = None
+    """Cost of any width, in place of `grades`."""
     narrowest: Own | None = None
+    """Narrowest zone that can be bought, with `cost`."""
     widest: Own | None = None
+    """Widest zone, with `cost`."""
     anchor: Literal[ANCHORS] | None = None
+    """Point of the zone that stays when its width changes. When not given the zone of a `fit` or `diameter` keeps its letter,
+    any other its nominal value."""
 
 
-class _Allocation(Section):
+class AllocationSection(Section):
+    """What tolerances cost and which yield is required, for `tolmc allocate`. Distributions keep their shape."""
+
     target_yield: _share(0.0) = 0.9973
+    """Share of the motions that keep every limit of `[specification]`."""
     confidence: _share(0.5) = 0.95
+    """Of the statement that the yield is at least that."""
     samples: whole(1, MAX_SAMPLES) = 100_000
+    """Independent motions of the confirming run."""
     seed: whole(0, 2**63 - 1) | None = None
-    dimensions: Annotated[dict[str, Any], Field(description="give each dimension to choose grades or a cost function")]
+    """Its seed; that of `[monte_carlo]` when not given."""
+    dimensions: Annotated[
+        dict[str, Any],
+        Form("a table for each", {"type": "object"}, "give each dimension to choose grades or a cost function"),
+    ]
+    """Each dimension whose tolerance is to be chosen; the others keep theirs."""
 
 
 def read_plan(study: Study) -> Plan:
@@ -91,7 +117,7 @@ def read_plan(study: Study) -> Plan:
 def _plan(study: Study) -> Plan:
     if not study.allocation:
         raise Faults("[allocation] is missing; say there what tolerances cost and which yield is required.")
-    table = validated(_Allocation, study.allocation, "allocation")
+    table = validated(AllocationSection, study.allocation, "allocation")
     names = tuple(dimension.name for dimension in study.tolerances.dimensions)
     check_names(table.dimensions, names, "allocation", "dimensions")
     choices = tuple(_choice(study, name, entry) for name, entry in table.dimensions.items())
@@ -101,7 +127,7 @@ def _plan(study: Study) -> Plan:
 
 def _choice(study: Study, name: str, entry: object) -> Grades | Curve:
     where = ("allocation", "dimensions", name)
-    choice = validated(_Choice, entry, *where, context=units.SI[name])
+    choice = validated(ChoiceSection, entry, *where, context=units.SI[name])
     if (choice.grades is None) == (choice.cost is None):
         raise Faults(f"{place(*where)} must have either grades or cost; give one of them.")
     if choice.grades is not None:
@@ -115,7 +141,7 @@ def _choice(study: Study, name: str, entry: object) -> Grades | Curve:
     return Curve(name, choice.narrowest, choice.widest, cost.at, cost.variable, cost.fixed, cost.law, choice.anchor)
 
 
-def _grades(study: Study, name: str, choice: _Choice) -> Grades:
+def _grades(study: Study, name: str, choice: ChoiceSection) -> Grades:
     where = ("allocation", "dimensions", name, "grades")
     if name not in _GRADED:
         raise Faults(f"{place(*where)}: ISO 286 grades are for {', '.join(_GRADED)}; give {name} a cost function.")

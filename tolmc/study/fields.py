@@ -73,7 +73,7 @@ def _three(item: Mapping[str, Any]) -> dict[str, Any]:
     return {"type": "array", "items": dict(item), "minItems": 3, "maxItems": 3}
 
 
-def quantity(unit: str, *, positive: bool = False):
+def quantity(unit: str, *, positive: bool = False, remedy: str | None = None):
     """Type of a field in the SI unit ``unit``."""
 
     def read(value: object) -> float:
@@ -84,7 +84,9 @@ def quantity(unit: str, *, positive: bool = False):
 
     words = f"{units.kind(unit)}{' > 0' if positive else ''}"
     return Annotated[
-        float, BeforeValidator(read), Form(words, quantity_schema(unit, positive=positive), units.remedy(unit))
+        float,
+        BeforeValidator(read),
+        Form(words, quantity_schema(unit, positive=positive), remedy or units.remedy(unit)),
     ]
 
 
@@ -140,8 +142,12 @@ def _read_own(value: object, info: ValidationInfo) -> float:
     return units.read(value, info.context)
 
 
-#: Type of a quantity whose SI unit is the context of the validation, for tables that serve several quantities.
-Own = Annotated[float, BeforeValidator(_read_own), Form("a value in the unit of the table's name", OWN_UNIT)]
+def own(remedy: str = "add it"):
+    """Type of a quantity whose SI unit is the context of the validation, for tables that serve several quantities."""
+    return Annotated[float, BeforeValidator(_read_own), Form("a value of what the table's name is", OWN_UNIT, remedy)]
+
+
+Own = own()
 
 
 def validated(model: type[_Table], table: object, *where: str, context: str | None = None) -> _Table:
