@@ -11,8 +11,8 @@ ones, and in slope coordinates on the exact section. A verdict is one of
   as large as the status says;
 - WRONG: numbers that are wrong under a status that lets them pass, or a status that is not true.
 
-The reference of the circle is a plain NumPy form of the equations (tests/twins) under SciPy's DOP853 at 1e-13, that of the
-exact section the same motion in a third of the step. Long runs show the drift of energy, momentum about Z and constraints.
+The reference of the circle is a plain NumPy form of the equations (tests/helpers/twins) under SciPy's DOP853 at 1e-13, that of
+the exact section the same motion in a third of the step. Long runs show the drift of energy, momentum about Z and constraints.
 Prints the tables, draws figures/stability.png, and fails when anything is wrong.
 """
 
@@ -37,7 +37,7 @@ from study_tools import ROOT, STYLE, arguments, save, show
 from tolmc.mechanism.scene import Joint, Scene
 from tolmc.simulation.trajectory import Trajectory, simulate
 
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(ROOT / "tests" / "helpers"))
 from twins import slope_twin
 
 FORMULATIONS = ("slope", "published-regular", "published", "exact section")

@@ -8,7 +8,8 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from small_study import GEOMETRY, STUDIES, TEXT, write
+from places import STUDIES
+from small_study import GEOMETRY, TEXT, write
 
 import tolmc
 from tolmc.cli import main

@@ -11,8 +11,8 @@ import time
 
 import pandas as pd
 import pytest
+from frames import assert_bitwise_equal
 from small_study import write
-from test_monte_carlo import assert_bitwise_equal
 
 RESULTS = ("samples.parquet", "summary.csv", "requirements.csv")
 

@@ -1,5 +1,6 @@
 import pytest
-from small_study import STUDIES, write
+from places import STUDIES
+from small_study import write
 
 from tolmc.study.file import load_study
 from tolmc.tolerances.interference import interference_note, smallest_clearance

@@ -9,8 +9,9 @@ import time
 
 import pandas as pd
 import pytest
+from calls import dies
+from frames import assert_bitwise_equal
 from small_study import GEOMETRY, write
-from test_monte_carlo import assert_bitwise_equal
 
 from tolmc.errors import ClusterError
 from tolmc.runs import run as monte_carlo
@@ -65,12 +66,6 @@ def test_a_killed_worker_loses_nothing(tmp_path, cluster, monkeypatch):
     assert killed
     assert_bitwise_equal(pd.read_parquet(out / "samples.parquet"), run(study).samples)
     assert result.statuses["count"].sum() == 30_000
-
-
-def dies(value):
-    if value == 3:
-        os._exit(1)
-    return value
 
 
 def test_a_block_that_kills_its_workers_ends_the_run(cluster):

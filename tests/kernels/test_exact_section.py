@@ -4,10 +4,10 @@ import itertools
 import json
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
+from places import DATA
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 from twins import section_twin as twin
@@ -15,7 +15,7 @@ from twins import section_twin as twin
 from tolmc.kernels.formulations import exact_section as section
 from tolmc.mechanism import geometry
 
-REFERENCE = json.loads((Path(__file__).parent / "data" / "exact_section.json").read_text())
+REFERENCE = json.loads((DATA / "exact_section.json").read_text())
 
 # Clearance ratio (R - r)/r and slenderness L/r, beyond anything that is built.
 SHAPES = list(itertools.product((1e-9, 0.05, 1.0, 10.0), (0.02, 1.0, 1e4)))

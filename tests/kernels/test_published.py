@@ -3,12 +3,12 @@
 import json
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from places import DATA
 from scenes import FORCES, START, dimensions
 from twins import published_twin, slope_twin
 
@@ -19,7 +19,7 @@ from tolmc.kernels.tableaux import TABLEAUX
 from tolmc.mechanism.scene import SCALARS, Body, Joint, Loads, Motion, Scene
 from tolmc.simulation.outputs import END_OUTPUTS
 
-CASES = json.loads((Path(__file__).parent / "data" / "trajectories.json").read_text())
+CASES = json.loads((DATA / "trajectories.json").read_text())
 SETS = {
     "psi": published.SINGULAR_PSI,
     "maximum tilt": published.SINGULAR_MAXIMUM_TILT,

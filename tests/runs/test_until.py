@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from frames import assert_bitwise_equal
 from small_study import GEOMETRY, write
-from test_monte_carlo import assert_bitwise_equal
 
 from tolmc.cli import main
 from tolmc.runs import directory as run_directory

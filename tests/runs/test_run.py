@@ -4,6 +4,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from frames import assert_bitwise_equal
 from scenes import DIMENSIONS
 from small_study import GEOMETRY, write
 
@@ -21,16 +22,6 @@ from tolmc.study.study import StudyError
 from tolmc.tolerances.draw import sample
 
 SAMPLINGS = ("random", "latin_hypercube", "sobol")
-
-
-def assert_bitwise_equal(one: pd.DataFrame, other: pd.DataFrame):
-    assert list(one) == list(other)
-    assert len(one) == len(other)
-    for name in one:
-        if name == "status":
-            assert (one[name].astype(str) == other[name].astype(str)).all()
-        else:
-            np.testing.assert_array_equal(one[name].to_numpy().view(np.int64), other[name].to_numpy().view(np.int64))
 
 
 def test_samples_are_drawn_and_integrated_as_the_study_says(tmp_path):

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from small_study import STUDIES, TEXT, write
+from places import STUDIES
+from small_study import TEXT, write
 
 from tolmc.mechanism.scene import Body
 from tolmc.study.file import load_study

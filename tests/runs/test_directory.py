@@ -2,14 +2,14 @@ import json
 import math
 import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+from frames import assert_bitwise_equal
+from places import DATA
 from small_study import GEOMETRY, write
-from test_monte_carlo import assert_bitwise_equal
 
 from tolmc.runs import directory as run_directory
 from tolmc.runs import files
@@ -320,7 +320,7 @@ def test_row_groups_have_one_size_whatever_the_blocks(tmp_path, study, monkeypat
 
 
 def test_a_run_of_format_1_can_be_read_and_extended(tmp_path):
-    shutil.copytree(Path(__file__).parent / "data" / "run_format_1", tmp_path / "run")
+    shutil.copytree(DATA / "run_format_1", tmp_path / "run")
     before = pd.read_parquet(tmp_path / "run" / "samples.parquet")
     assert len(resume(tmp_path / "run").samples) == 20
     result = resume(tmp_path / "run", extend=10)

@@ -16,6 +16,7 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
+from places import STUDIES
 
 from tolmc import units
 from tolmc.analysis.linear import linearise
@@ -39,7 +40,7 @@ from tolmc.statistics.summary import summarise_requirements
 from tolmc.study.file import load_study
 from tolmc.tolerances.dimension import Dimension
 
-JOINT = Path(__file__).parents[1] / "studies" / "paper_joint.toml"
+JOINT = STUDIES / "paper_joint.toml"
 
 HOSTILE = 'Bearing "A|B" </style><script>alert(1)</script> \\\\ `50 %` N_D'
 GEOMETRY = """

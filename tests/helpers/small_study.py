@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-STUDIES = Path(__file__).parents[1] / "studies"
-
 TEXT = """
 title = "A small study"
 

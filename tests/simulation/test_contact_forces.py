@@ -3,11 +3,11 @@
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from places import HELPERS
 from scenes import (
     CYLINDER,
     DIMENSIONS,
@@ -449,7 +449,7 @@ for ensemble in (cylinders, unbalanced_bodies):
         result = simulate_many(replace(SYMMETRIC, duration=0.5), **split(samples), step=step)
         assert len(result) == 4000
 """
-    subprocess.run([sys.executable, "-c", program], cwd=Path(__file__).parent, check=True, timeout=120)
+    subprocess.run([sys.executable, "-c", program], cwd=HELPERS, check=True, timeout=120)
 
 
 def test_results_are_apart_from_the_callers_arrays():

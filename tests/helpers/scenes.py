@@ -2,14 +2,14 @@
 
 import json
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
+from places import DATA
 from scipy.spatial.transform import Rotation
 
 from tolmc import Body, Joint, Loads, Motion, Scene
 
-_CASES = json.loads((Path(__file__).parent / "data" / "trajectories.json").read_text())
+_CASES = json.loads((DATA / "trajectories.json").read_text())
 
 DIMENSIONS = ("bearing_radius", "journal_radius", "half_length")
 FORCES = tuple(f"contact_force_{side}_{kind}" for side in "DE" for kind in ("max", "min", "mean", "rms"))
