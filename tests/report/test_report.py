@@ -36,6 +36,7 @@ from tolmc.runs.record import RunDirectoryError
 from tolmc.statistics.capability import capability
 from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
+from tolmc.statistics.rows import Rows
 from tolmc.statistics.summary import summarise_requirements
 from tolmc.study.file import load_study
 from tolmc.tolerances.dimension import Dimension
@@ -163,17 +164,28 @@ class TestPage:
         assert_stands_alone(page)
 
     def test_names_every_requirement_with_its_interval(self, directory):
-        text = text_of(page_of(directory))
-        run = run_directory.read(directory)
-        study = run.study()
-        found = capability(run.read().to_pandas(), specification=study.specification, sampling=study.sampling)
-        for name in study.specification:
-            assert units.label(name) in text
-            for key in ("yield", "ppm"):
-                row = found.loc[name, [key, f"{key}_low", f"{key}_high"]]
-                value, interval = words.share(*row) if key == "yield" else words.estimate(*row)
-                assert f"{value} {interval}" in text
-        assert "≤ 24.45 deg" in text and "≤ 5.085 N" in text
+        table = markdown_table(directory, "**No, the tolerances are not good enough.**").set_index("Requirement")
+        samples = pd.read_parquet(directory / "samples.parquet")
+        out = {
+            "Tilt angle ψ": samples["tilt_angle"] > math.radians(24.45),
+            "Contact force N_D, max": samples["contact_force_D_max"] > 5.085,
+        }
+        out["All requirements"] = np.logical_or(*out.values())
+        assert list(table.index) == list(out)
+        assert list(table["limits"]) == ["≤ 24.45 deg", "≤ 5.085 N", ""]
+        assert list(table["verdict"]) == ["not met"] * 3
+        for name, broken in out.items():
+            row, count = table.loc[name], int(broken.sum())
+            assert int(row["parts out"]) == count > 0
+            share = Rows("sobol").share(broken)
+            kept, low, high = numbers_in(row["yield"])
+            assert kept == pytest.approx(100 * (1 - count / 512), abs=0.06)
+            assert (low, high) == pytest.approx((100 * (1 - share.high), 100 * (1 - share.low)), abs=0.06)
+            millionths = numbers_in(row["parts per million out"])
+            assert millionths == pytest.approx([1e6 * count / 512, 1e6 * share.low, 1e6 * share.high], abs=501)
+        read = text_of(page_of(directory))
+        for name, row in table.iterrows():
+            assert " ".join([name, *row]).replace("  ", " ") in read  # the page shows what the Markdown does
 
     def test_answers_first(self, directory):
         page = page_of(directory)

@@ -9,6 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 from frames import assert_bitwise_equal
 from places import DATA
+from scenes import DIMENSIONS
 from small_study import GEOMETRY, write
 
 from tolmc.runs import directory as run_directory
@@ -17,6 +18,7 @@ from tolmc.runs import pictures as run_pictures
 from tolmc.runs import run as monte_carlo
 from tolmc.runs.record import FORMAT, RunDirectoryError
 from tolmc.runs.run import resume, run
+from tolmc.simulation.ensemble import simulate_many
 from tolmc.study.file import load_study
 
 SAMPLES = 2000
@@ -284,9 +286,23 @@ def test_a_full_disk_leaves_a_run_that_goes_on(tmp_path, study, monkeypatch):
     assert_bitwise_equal(resume(tmp_path / "run").samples, run(study).samples)
 
 
-def test_a_plan_once_made_holds(stopped, study):
-    assert json.loads((stopped / "run.json").read_text())["plan"]["steps"] == run(study).plan.steps
-    assert resume(stopped).plan.steps == run(study).plan.steps
+def test_a_plan_once_made_holds(tmp_path, monkeypatch):
+    """A run goes on with the steps that its record says, not with those that a new pilot would choose."""
+    study, out = load_study(write(tmp_path)).replaced(samples=600), tmp_path / "run"
+    stop_after(monkeypatch, "write_block", 1)
+    with pytest.raises(Stopped):
+        run(study, out=out)
+    monkeypatch.setattr(run_directory.RunDirectory, "write_block", WRITE_BLOCK)
+    plan = run_directory.read(out).record["plan"]
+    change_record(out, plan=plan | {"steps": 2 * plan["steps"]})
+    result, begun = resume(out), run(study)
+    assert result.plan == replace(begun.plan, steps=2 * plan["steps"])
+    assert_bitwise_equal(result.samples.iloc[:256], begun.samples.iloc[:256])
+    rest = result.samples.iloc[256:].reset_index(drop=True)
+    dimensions = {name: rest[name].to_numpy() for name in DIMENSIONS}
+    expected = simulate_many(study.scene, **dimensions, plan=result.plan)
+    assert_bitwise_equal(rest, expected)
+    assert not rest["contact_force_D_max"].isin(begun.samples["contact_force_D_max"]).any()
 
 
 def test_reading_parts(finished, study):

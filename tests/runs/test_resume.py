@@ -139,9 +139,10 @@ def test_two_processes_cannot_share_a_directory(reference, tmp_path):
     first = start(study, "--samples", SAMPLES, "--out", out)
     while first.poll() is None and not (out / "run.json").exists():
         time.sleep(0.005)
+    first.send_signal(signal.SIGSTOP)  # so that it is still there when the second comes
     second = start("--resume", out)
     _, errors = second.communicate()
-    if first.poll() is None:
-        assert second.returncode == 2 and "in use by another run" in errors
+    first.send_signal(signal.SIGCONT)
+    assert second.returncode == 2 and "in use by another run" in errors
     assert first.communicate()[1] == "" and first.returncode == 0
     assert_equal_to(expected, out)
