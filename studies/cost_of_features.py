@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from study_tools import BLUE, GREY, ORANGE, STYLE, arguments, paper_joint, save, show
 
 from tolmc.mechanism.scene import Body, Loads, Scene
+from tolmc.quantities import END_OUTPUTS, GEOMETRY
 from tolmc.simulation.ensemble import simulate_many
-from tolmc.simulation.outputs import END_OUTPUTS, GEOMETRY_OUTPUTS
 
 STEPS = 64
 MOTION = ("energy_error",)
@@ -48,11 +48,11 @@ def features() -> list[Feature]:
     exact, exact_general = (replace(s, joint=replace(s.joint, section="exact")) for s in (gravity, general))
     motion, full = {"outputs": MOTION}, {"outputs": None}
     return [
-        Feature("geometry only", gravity, {"outputs": GEOMETRY_OUTPUTS}, "no load"),
+        Feature("geometry only", gravity, {"outputs": GEOMETRY}, "no load"),
         Feature("no load", bare, motion, "no load"),
         Feature("force and torque given as zero", zeros, motion, "no load", unused=True),
         Feature("dimensions without tolerance", bare, motion | {"constant": True}, "no load", unused=True),
-        Feature("geometry outputs beside the motion", bare, {"outputs": MOTION + GEOMETRY_OUTPUTS}, "no load"),
+        Feature("geometry outputs beside the motion", bare, {"outputs": MOTION + GEOMETRY}, "no load"),
         Feature("choice on contact loss", bare, motion | {"on_contact_loss": "end"}, "no load", unused=True),
         Feature("axial gravity", axial, motion, "no load"),
         Feature("transverse gravity", gravity, motion, "no load"),

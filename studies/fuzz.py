@@ -24,14 +24,14 @@ from rich.progress import track
 from study_tools import ROOT, arguments, show
 
 from tolmc import cli
+from tolmc.quantities import ALWAYS, GEOMETRY
 from tolmc.simulation.ensemble import simulate_many
 from tolmc.simulation.judge import STATUSES
-from tolmc.simulation.outputs import GEOMETRY_OUTPUTS, OUTPUTS
 from tolmc.simulation.plan import FORMULATIONS, ON_CONTACT_LOSS
 
 DIMENSIONS = ("bearing_radius", "journal_radius", "half_length")
-NUMBERS = [name for name in OUTPUTS if name != "contact_loss_time"]
-DYNAMIC = [name for name in NUMBERS if name not in GEOMETRY_OUTPUTS]
+NUMBERS = [name for name in ALWAYS if name != "contact_loss_time"]
+DYNAMIC = [name for name in NUMBERS if name not in GEOMETRY]
 STATISTICS = [name for name in NUMBERS if name.startswith(("contact_force", "tilt_max"))]
 ACCURACY = 1e-4
 STEPS = 200

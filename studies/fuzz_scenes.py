@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tolmc.mechanism.scene import SCALARS, Body, Joint, Loads, Motion, Scene
+from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
+from tolmc.quantities import JOINT
 
 SYMMETRIC = Scene(
     Joint(0.02, 0.01, 0.02),
@@ -73,7 +74,7 @@ def scene(rng: np.random.Generator) -> Scene:
     kind, level = rng.choice(list(KINDS)), rng.choice(list(LEVELS), p=(0.4, 0.4, 0.2))
     values = {name: float(column[0]) for name, column in samples(rng, 1, kind, level, poisoned=0.0).items()}
     values = SYMMETRIC.scalars | {"gravity_y": 0.0} | values
-    joint = Joint(*(values[name] for name in SCALARS[:3]), str(rng.choice(["circle", "exact"])))
+    joint = Joint(*(values[name] for name in JOINT), str(rng.choice(["circle", "exact"])))
 
     def vector(name):
         return tuple(values[f"{name}_{axis}"] for axis in "xyz")

@@ -34,8 +34,8 @@ from peers import PEERS, Motions, reference
 from threadpoolctl import threadpool_limits
 
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
+from tolmc.quantities import ALWAYS, END_OUTPUTS
 from tolmc.simulation.ensemble import simulate_many
-from tolmc.simulation.outputs import END_OUTPUTS, OUTPUTS
 
 ROOT = Path(__file__).parents[1]
 TARGETS = (1e-6, 1e-7, 1e-8, 1e-10)
@@ -62,7 +62,7 @@ def tolmc_motion(
     """The samples' motions by tolmc with equal steps; with statistics everything that it reports, else the end only."""
     results = simulate_many(
         scene, **samples, step=scene.duration / steps, method=method, formulation=formulation,
-        outputs=(*OUTPUTS, *END_OUTPUTS) if statistics else END_OUTPUTS,
+        outputs=(*ALWAYS, *END_OUTPUTS) if statistics else END_OUTPUTS,
     )  # fmt: skip
     state = np.stack([results[name].to_numpy() for name in END_OUTPUTS], axis=1)
     state[:, :2] /= effective_radius(samples)[:, None]

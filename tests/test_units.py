@@ -5,17 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tolmc import units
-from tolmc.mechanism import scene as mechanism
-from tolmc.simulation import outputs as simulation
+from tolmc import quantities, units
 
-UNITS = sorted(set(units.SI.values()))
-
-
-def test_every_scalar_and_output_has_a_unit():
-    assert set(mechanism.SCALARS) <= set(units.SI)
-    assert {*simulation.OUTPUTS, *simulation.INVARIANT_OUTPUTS} == set(units.OUTPUTS) <= set(units.SI)
-    assert units.CHECKS == simulation.CHECKS
+UNITS = sorted({kind.unit for kind in quantities.KINDS.values()})
 
 
 @pytest.mark.parametrize(
@@ -89,11 +81,3 @@ def test_any_text_is_read_or_refused(text):
             assert math.isfinite(units.read(text, unit))
         except ValueError as error:
             assert str(error)
-
-
-def test_people_see_engineering_units():
-    assert units.shown("bearing_radius") == ("mm", 1e3)
-    assert units.shown("tilt_angle") == ("deg", pytest.approx(math.degrees(1)))
-    assert units.shown("contact_force_D_max") == ("N", 1.0)
-    assert units.label("contact_force_D_max") == "Contact force N_D, max"
-    assert units.label("gravity_y") == "Gravity y"

@@ -1,4 +1,4 @@
-"""What each named quantity is called and measured in: SI inside, strings with units from people and to people."""
+"""Reading what people write: SI inside, strings that carry their unit from outside."""
 
 from __future__ import annotations
 
@@ -7,59 +7,9 @@ import re
 from decimal import Decimal
 from functools import cache
 
-#: Outputs that watch the integration; the last three only where the quantity is conserved, or is projected on.
-CHECKS = ("energy_error", "constraint_error", "momentum_error", "spin_error", "energy_correction")
+from tolmc.quantities import KINDS
 
-#: Every output of a sample, in the order in which tables show them.
-OUTPUTS = (
-    "tilt_angle", "effective_radius", "approximate_radius",
-    *(f"contact_force_{end}_{kind}" for end in "DE" for kind in ("max", "min", "mean", "rms")),
-    "tilt_max", "contact_loss_time", *CHECKS,
-)  # fmt: skip
-
-#: SI unit of every scalar of a scene and of every output, by name.
-SI = {
-    **dict.fromkeys(("bearing_radius", "journal_radius", "half_length"), "m"),
-    "mass": "kg",
-    **{f"{vector}_{axis}": "m" for vector in ("center_of_mass", "force_point") for axis in "xyz"},
-    **{f"inertia_{axes}": "kg m^2" for axes in ("xx", "yy", "zz", "xy", "xz", "yz")},
-    **{f"gravity_{axis}": "m/s^2" for axis in "xyz"},
-    **{f"force_{axis}": "N" for axis in "xyz"},
-    **{f"torque_{axis}": "N m" for axis in "xyz"},
-    **dict.fromkeys(("alpha", "beta", "spin"), "rad"),
-    **dict.fromkeys(("alpha_rate", "beta_rate", "spin_rate"), "rad/s"),
-    **dict.fromkeys(("tilt_angle", "tilt_max"), "rad"),
-    **dict.fromkeys(("effective_radius", "approximate_radius"), "m"),
-    **{f"contact_force_{end}_{kind}": "N" for end in "DE" for kind in ("max", "min", "mean", "rms")},
-    **dict.fromkeys(("contact_loss_time", "status_time"), "s"),
-    **dict.fromkeys(CHECKS, "1"),
-}
-
-#: What people read in place of an SI unit, and how many of it one SI unit is.
-ENGINEERING = {"m": ("mm", 1e3), "rad": ("deg", 180.0 / math.pi), "1": ("", 1.0)}
-
-#: What people call the quantities whose name alone does not say it, with the model's symbol.
-LABEL = {
-    "bearing_radius": "Bearing radius R*", "journal_radius": "Journal radius r*", "half_length": "Half length L",
-    "tilt_angle": "Tilt angle ψ", "effective_radius": "Effective radius r",
-    "approximate_radius": "Approx. radius R* − r*", "tilt_max": "Largest tilt in motion",
-    "alpha": "Start angle α", "beta": "Start angle β", "alpha_rate": "Start rate of α", "beta_rate": "Start rate of β",
-    "spin": "Start spin χ", "spin_rate": "Spin rate Ω",
-    **{
-        f"contact_force_{end}_{kind}": f"Contact force N_{end}, {word}"
-        for end in "DE"
-        for kind, word in (("max", "max"), ("min", "min"), ("mean", "mean"), ("rms", "rms"))
-    },
-}  # fmt: skip
-
-_KIND = {
-    "m": "a length", "kg": "a mass", "s": "a time", "rad": "an angle", "rad/s": "an angular velocity", "N": "a force",
-    "N m": "a torque", "m/s^2": "an acceleration", "kg m^2": "a moment of inertia", "1": "a plain number",
-}  # fmt: skip
-_EXAMPLE = {
-    "m": "20 mm", "kg": "0.5 kg", "s": "1 s", "rad": "30 deg", "rad/s": "1500 rpm", "N": "12 N",
-    "N m": "0.2 N m", "m/s^2": "9.81 m/s^2", "kg m^2": "120 kg mm^2",
-}  # fmt: skip
+_KINDS = {kind.unit: kind for kind in KINDS.values()}
 
 # Products of several quantities must stay within the range of a double.
 _LARGEST = 1e30
@@ -92,31 +42,21 @@ _QUANTITY = re.compile(
 )
 
 
-def shown(name: str) -> tuple[str, float]:
-    """Unit in which the named quantity is shown to people, and its number in one SI unit."""
-    return ENGINEERING.get(SI[name], (SI[name], 1.0))
-
-
-def label(name: str) -> str:
-    """What people call the named quantity."""
-    return LABEL.get(name, name.replace("_", " ").capitalize())
-
-
 def kind(unit: str) -> str:
     """What the SI unit ``unit`` measures: "a length"."""
-    return _KIND[unit]
+    return _KINDS[unit].words
 
 
 def example(unit: str) -> str | float:
     """A quantity in the SI unit ``unit`` as a study file may give it."""
-    return _EXAMPLE.get(unit, 1.0)
+    return _KINDS[unit].example
 
 
 def remedy(unit: str) -> str:
     """How a value in the SI unit ``unit`` may be given, for error messages."""
     if unit == "1":
         return "give a number"
-    return f"give a number in {unit} or a string with a unit such as {_EXAMPLE[unit]!r}"
+    return f"give a number in {unit} or a string with a unit such as {_KINDS[unit].example!r}"
 
 
 def read(value: object, unit: str) -> float:
@@ -136,7 +76,7 @@ def read(value: object, unit: str) -> float:
         except OverflowError:
             number = math.inf
     else:
-        raise ValueError(f"expected {_KIND[unit]}; {remedy(unit)}")
+        raise ValueError(f"expected {_KINDS[unit].words}; {remedy(unit)}")
     if not (number == 0 or 1 / _LARGEST <= abs(number) <= _LARGEST):
         raise ValueError(f"expected a number of a size from {1 / _LARGEST:g} to {_LARGEST:g}, or 0; {remedy(unit)}")
     return number
@@ -145,12 +85,12 @@ def read(value: object, unit: str) -> float:
 def _read_string(text: str, unit: str) -> float:
     match = _QUANTITY.fullmatch(text)
     if match is None:
-        raise ValueError(f"expected {_KIND[unit]}; {remedy(unit)}")
+        raise ValueError(f"expected {_KINDS[unit].words}; {remedy(unit)}")
     number, written = Decimal(match[1]), " ".join(match[2].replace("μ", "µ").split())
     if not written and unit != "1":
         raise ValueError(f"it has no unit; {remedy(unit)}")
     # Decimal arithmetic: "0.07 mm" is the double nearest to 7e-5, not 0.07 times an inexact 0.001.
-    factor = _COMMON[unit].get(written)
+    factor = _COMMON.get(unit, {}).get(written)
     return float(number * (factor if factor is not None else _pint_factor(written, unit)))
 
 
@@ -177,5 +117,5 @@ def _pint_factor(written: str, unit: str) -> Decimal:
     _, expected = registry.get_base_units(registry.Unit("" if unit == "1" else unit))
     if base != expected or factor is None:
         ambiguous = " (Hz and 1/s do not say whether turns or radians)" if unit == "rad/s" else ""
-        raise ValueError(f"its unit {written!r} is not that of {_KIND[unit]}{ambiguous}; {remedy(unit)}")
+        raise ValueError(f"its unit {written!r} is not that of {_KINDS[unit].words}{ambiguous}; {remedy(unit)}")
     return Decimal(factor)

@@ -6,7 +6,7 @@ from tolmc.analysis.linear import linearise
 from tolmc.analysis.side_by_side import side_by_side
 from tolmc.analysis.worst_case import worst_case
 from tolmc.mechanism.geometry import tilt_angle
-from tolmc.mechanism.scene import SCALARS
+from tolmc.quantities import SCALARS
 from tolmc.statistics.summary import summarise
 from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Normal, Uniform

@@ -16,8 +16,8 @@ from tolmc import simulate, simulate_many
 from tolmc.kernels import parameters as P
 from tolmc.kernels import published
 from tolmc.kernels.tableaux import TABLEAUX
-from tolmc.mechanism.scene import SCALARS, Body, Joint, Loads, Motion, Scene
-from tolmc.simulation.outputs import END_OUTPUTS
+from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
+from tolmc.quantities import END_OUTPUTS, SCALARS
 
 CASES = json.loads((DATA / "trajectories.json").read_text())
 SETS = {

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scenes import CYLINDER, LOADED, PAPER_JOINT, START, SYMMETRIC, UNBALANCED
 
 import tolmc
-from tolmc import Body, Joint, Loads, Motion, Scene
-from tolmc.mechanism.scene import SCALARS
+from tolmc import Body, Joint, Loads, Motion, Scene, quantities
+from tolmc.quantities import SCALARS
 
 GRAVITY = (0.0, -9.81, 0.0)
 
@@ -190,7 +190,7 @@ def test_scalars_name_every_number_of_a_scene():
         4.1e-4, 3.3e-4, 1.3e-4, 2e-5, -1.2e-5, 3.1e-5,
     ]  # fmt: skip
     assert [scalars[f"force_point_{axis}"] for axis in "xyz"] == [0.01, -0.02, 0.03]
-    assert [scalars[name] for name in SCALARS[-6:]] == [-1.92, -0.87, 2.0, -3.0, 0.7, 40.0]
+    assert [scalars[name] for name in quantities.START] == [-1.92, -0.87, 2.0, -3.0, 0.7, 40.0]
 
 
 def test_absent_loads_are_zero_scalars():

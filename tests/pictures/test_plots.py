@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from small_study import write
 
 from tolmc.errors import InputError
-from tolmc.mechanism.scene import SCALARS
 from tolmc.pictures import plots
+from tolmc.quantities import SCALARS
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.run import run
 from tolmc.statistics.summary import rank_correlations

@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from places import STUDIES
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.analysis.linear import linearise
 from tolmc.analysis.one_at_a_time import one_at_a_time
 from tolmc.analysis.side_by_side import side_by_side
@@ -246,7 +246,7 @@ class TestTables:
         shown = [name for name in summary.index if summary.at[name, "used"] and not name.endswith("error")]
         assert len(table) == len(shown)
         for name, text in zip(shown, table[column], strict=True):
-            factor = units.shown(name)[1]
+            factor = quantities.shown(name)[1]
             value, *interval = numbers_in(text)
             expected = summary.at[name, key] * factor
             low, high = (summary.at[name, f"{key}_{end}"] * factor for end in ("low", "high"))
@@ -267,7 +267,7 @@ class TestTables:
     def test_csv_holds_the_summary_in_full_precision(self, directory):
         table = pd.read_csv(directory / "tables" / "outputs.csv").set_index("output")
         summary = pd.read_csv(directory / "summary.csv").set_index("output")
-        factors = np.array([units.shown(name)[1] for name in summary.index])
+        factors = np.array([quantities.shown(name)[1] for name in summary.index])
         assert list(table.index) == list(summary.index)
         for key in ("mean", "sd_low", "q99.865_high", "max"):
             np.testing.assert_allclose(table[key], summary[key] * factors, rtol=1e-15)

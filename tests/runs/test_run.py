@@ -9,13 +9,13 @@ from scenes import DIMENSIONS
 from small_study import GEOMETRY, write
 
 import tolmc
-from tolmc import units
+from tolmc import quantities
 from tolmc.errors import InputError
+from tolmc.quantities import ALWAYS
 from tolmc.runs import run as monte_carlo
 from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.run import default_directory, replay, run
 from tolmc.simulation.ensemble import simulate_many
-from tolmc.simulation.outputs import OUTPUTS
 from tolmc.statistics import summary as statistics
 from tolmc.study.file import load_study
 from tolmc.study.study import StudyError
@@ -30,7 +30,7 @@ def test_samples_are_drawn_and_integrated_as_the_study_says(tmp_path):
     dimensions = sample(study.tolerances, 40, sampling="sobol", seed=7)
     plan = result.plan
     expected = simulate_many(study.scene, **{name: dimensions[name] for name in dimensions}, plan=plan)
-    assert set(OUTPUTS) <= set(result.samples)
+    assert set(ALWAYS) <= set(result.samples)
     assert_bitwise_equal(result.samples, expected)
     assert result.study.samples == 40
 
@@ -38,7 +38,7 @@ def test_samples_are_drawn_and_integrated_as_the_study_says(tmp_path):
 def test_summary_is_that_of_the_samples(tmp_path):
     result = run(write(tmp_path), samples=300)
     samples, summary = result.samples, result.summary
-    assert list(summary.index) == [name for name in units.OUTPUTS if name in samples]
+    assert list(summary.index) == [name for name in quantities.OUTPUTS if name in samples]
     assert summary.loc["tilt_angle", "unit"] == "rad"
     assert summary.loc["contact_force_D_max", "mean"] == pytest.approx(samples["contact_force_D_max"].mean())
     expected = statistics.summarise(
@@ -82,7 +82,7 @@ def test_without_tolerances_every_sample_is_the_nominal_one(tmp_path):
     path = write(tmp_path, (', tolerance = "0.05 mm"', ""), (', tolerance = ["-0.03 mm", "0 mm"]', ""),
                  (', tolerance = "0.1 mm", distribution = "uniform"', ""))  # fmt: skip
     result = run(path, samples=20)
-    for name in OUTPUTS:
+    for name in ALWAYS:
         values = result.samples[name].to_numpy()
         assert np.array_equal(values, np.full(20, result.nominal[name]), equal_nan=True), name
 

@@ -29,7 +29,7 @@ from scipy.optimize import brentq, minimize_scalar
 from twins import slope_twin
 
 from tolmc import Body, Loads, Motion, Scene, simulate, simulate_many
-from tolmc.simulation.outputs import END_OUTPUTS, OUTPUTS
+from tolmc.quantities import ALWAYS, END_OUTPUTS
 from tolmc.simulation.pilot import plan_integration
 
 everyone = pytest.mark.parametrize("name", REFERENCES)
@@ -155,14 +155,14 @@ def test_peaks_and_means_converge_with_the_order_of_the_method(method):
     def errors(n):
         result = simulate_many(
             scene, **split(samples), step=scene.duration / n, method=method, on_contact_loss="continue", accuracy=1.0,
-            outputs=[*OUTPUTS, *END_OUTPUTS],
+            outputs=[*ALWAYS, *END_OUTPUTS],
         )  # fmt: skip
         error = (result - fine)[[*FORCES, *END_OUTPUTS]].abs()
         error[list(FORCES)] = error[list(FORCES)].div(largest_force(fine), axis=0)
         return error.median()
 
     fine = simulate_many(
-        scene, **split(samples), step=1e-4, on_contact_loss="continue", outputs=[*OUTPUTS, *END_OUTPUTS]
+        scene, **split(samples), step=1e-4, on_contact_loss="continue", outputs=[*ALWAYS, *END_OUTPUTS]
     ).drop(columns=["status"])
     coarse, half = errors(steps), errors(2 * steps)
     for name in FORCES:
@@ -336,12 +336,12 @@ def test_what_a_loss_of_contact_does():
     """stop: force statistics up to the loss. end: the whole sample up to the loss. continue: the two-sided model goes on."""
     for scene in losing(3).values():
         stop, go_on, end = (
-            one(scene, step=5e-4, on_contact_loss=choice, outputs=[*OUTPUTS, *END_OUTPUTS])
+            one(scene, step=5e-4, on_contact_loss=choice, outputs=[*ALWAYS, *END_OUTPUTS])
             for choice in ("stop", "continue", "end")
         )
         time = stop.contact_loss_time
         until = one(
-            replace(scene, duration=time), step=5e-4, on_contact_loss="continue", outputs=[*OUTPUTS, *END_OUTPUTS]
+            replace(scene, duration=time), step=5e-4, on_contact_loss="continue", outputs=[*ALWAYS, *END_OUTPUTS]
         )
         dense = simulate(scene, step=1e-4)
         for result in (stop, go_on, end):

@@ -22,7 +22,7 @@ from twins import slope_twin
 from twins.invariants import FreeSymmetricBody, angular_momentum_z
 
 from tolmc import Body, Joint, Loads, Motion, Scene, simulate, simulate_many
-from tolmc.simulation.outputs import END_OUTPUTS
+from tolmc.quantities import END_OUTPUTS
 
 AXIAL = Scene(PAPER_JOINT, CYLINDER, Loads((0, 0, -9.81)), START, 0.2)
 everyone = pytest.mark.parametrize("name", REFERENCES)

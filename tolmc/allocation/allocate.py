@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from tolmc import quantities
 from tolmc.allocation.offers import ANCHORS, LAWS, Curve, Grades, offered_box, with_widths, zone
 from tolmc.allocation.search import MAX_POINTS, Allocation, Search
 from tolmc.analysis.surrogate import Model, Surrogate, fit
@@ -247,11 +248,12 @@ def _candidate(search: Search, planned: float, refused: Sequence[Allocation]) ->
 def _check(tolerances: Tolerances, specification, plan: Plan) -> None:
     if not specification:
         raise InputError("allocation: [specification] is empty; give at least one output a limit.")
-    if "contact_loss_time" in specification:
-        raise InputError(
-            "allocation: contact_loss_time is missing where contact is never lost, so it cannot be approximated; "
-            "require contact_force_D_min and contact_force_E_min >= 0 instead."
-        )
+    for name in specification:
+        if quantities.output(name).event:
+            raise InputError(
+                f"allocation: {name} is missing where that never happens, so it cannot be approximated; "
+                "require contact_force_D_min and contact_force_E_min >= 0 instead."
+            )
     if not plan.choices:
         raise InputError("allocation: no dimension has a choice; give at least one grades or a cost function.")
     combinations = math.prod(len(choice.offered) for choice in plan.choices if isinstance(choice, Grades))

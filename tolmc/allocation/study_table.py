@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 
-from tolmc import units
+from tolmc import quantities, units
 from tolmc.allocation.allocate import Plan
 from tolmc.allocation.offers import ANCHORS, LAWS, Curve, Grades, with_widths
 from tolmc.study.fields import (
@@ -127,7 +127,7 @@ def _plan(study: Study) -> Plan:
 
 def _choice(study: Study, name: str, entry: object) -> Grades | Curve:
     where = ("allocation", "dimensions", name)
-    choice = validated(ChoiceSection, entry, *where, context=units.SI[name])
+    choice = validated(ChoiceSection, entry, *where, context=quantities.unit(name))
     if (choice.grades is None) == (choice.cost is None):
         raise Faults(f"{place(*where)} must have either grades or cost; give one of them.")
     if choice.grades is not None:

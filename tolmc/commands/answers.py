@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.analysis.accelerated import accelerated_summary, accelerated_yield
 from tolmc.analysis.linear import linearise
 from tolmc.analysis.one_at_a_time import one_at_a_time
@@ -28,9 +28,6 @@ from tolmc.statistics.outcomes import ALL_REQUIREMENTS, ANY_REQUIREMENT, without
 from tolmc.study.study import Study
 
 _INDEX_ROWS = 1024  # times the dimensions and two: intervals of a few percent
-
-#: Diagnostics and times that most samples do not have: no answers are sought for them.
-_NO_ANSWERS = {"contact_loss_time", *units.CHECKS}
 
 
 @dataclass(frozen=True)
@@ -66,7 +63,7 @@ def four_answers(study: Study, summary: pd.DataFrame, requirements: pd.DataFrame
 
     Correlated dimensions have no Sobol' indices. Where motions fail there is no accelerated estimate, and the table says why.
     """
-    outputs = [name for name in summary.index if name not in _NO_ANSWERS]
+    outputs = [name for name in summary.index if name in quantities.RESPONSES]
     tolerances = study.tolerances
     # The paper's own coordinates are integrated one motion after the other, for comparison.
     if not outputs or not tolerances.varied or study.formulation != "slope":
@@ -123,8 +120,9 @@ def _yields(model: Model, study: Study, requirements: pd.DataFrame) -> tuple[pd.
     specification = study.specification
     if not specification:
         return None, ""
-    if "contact_loss_time" in specification:
-        return None, "contact_loss_time is missing where contact is never lost, so that no surrogate follows it"
+    for name in specification:
+        if quantities.output(name).event:
+            return None, f"{name} is missing where that never happens, so that no surrogate follows it"
     judged = {"specification": specification, "on_contact_loss": study.on_contact_loss}
 
     def known(inputs: pd.DataFrame) -> pd.DataFrame:

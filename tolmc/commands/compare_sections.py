@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.errors import InputError
 from tolmc.mechanism.scene import SECTIONS
 from tolmc.runs.run import StudyResult, run
@@ -15,8 +15,7 @@ from tolmc.statistics.summary import QUANTILES
 
 _STATISTICS = ("mean", "sd", "min", *QUANTILES, "max")
 _SHARES = ("share_least", "share_most")
-_SAME_IN_BOTH = {"tilt_angle", "effective_radius", "approximate_radius"}
-_NOT_COMPARED = _SAME_IN_BOTH | set(units.CHECKS)
+_NOT_COMPARED = {*quantities.GEOMETRY, *quantities.CHECKS}
 
 
 def compare_sections(result: StudyResult) -> pd.DataFrame:

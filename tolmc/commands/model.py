@@ -8,13 +8,10 @@ import pandas as pd
 
 from tolmc.analysis.surrogate import Model, training_box
 from tolmc.errors import InputError
-from tolmc.mechanism.scene import SCALARS
+from tolmc.quantities import GEOMETRY, JOINT
 from tolmc.simulation.ensemble import simulate_many
-from tolmc.simulation.outputs import GEOMETRY_OUTPUTS
 from tolmc.simulation.pilot import plan_integration
 from tolmc.study.study import Study
-
-_JOINT = SCALARS[:3]
 
 
 def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple[float, float]] | None = None) -> Model:
@@ -24,7 +21,7 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
 
     Parameters
     ----------
-    outputs : names in :data:`tolmc.simulation.outputs.OUTPUTS`
+    outputs : names in :data:`tolmc.quantities.OUTPUTS`
         What the model returns, beside ``status``; nothing else is computed.
 
     Raises
@@ -32,7 +29,7 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
     InputError
         When the study cannot be integrated.
     """
-    integrates = not set(outputs) <= set(GEOMETRY_OUTPUTS)
+    integrates = not set(outputs) <= set(GEOMETRY)
     options = {"on_contact_loss": study.on_contact_loss, "project_energy": study.project_energy}
     try:
         plan = plan_integration(
@@ -45,7 +42,7 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
 
     def model(inputs: pd.DataFrame) -> pd.DataFrame:
         columns = study.with_inertia({name: inputs[name].to_numpy() for name in inputs})
-        joint = {name: columns.pop(name) for name in _JOINT}
+        joint = {name: columns.pop(name) for name in JOINT}
         return simulate_many(
             study.scene, **joint, parameters=columns, outputs=outputs, plan=plan, workers=study.workers, **options
         )

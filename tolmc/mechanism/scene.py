@@ -13,19 +13,9 @@ import numpy as np
 
 from tolmc.mechanism import geometry
 from tolmc.mechanism.checks import finite_number, finite_vector, set_frozen
+from tolmc.quantities import JOINT, SCALARS, START
 
 SECTIONS = ("circle", "exact")
-
-#: Every scalar of a scene that may vary from sample to sample, in the order in which tables show them.
-SCALARS = (
-    "bearing_radius", "journal_radius", "half_length",
-    "mass", "center_of_mass_x", "center_of_mass_y", "center_of_mass_z",
-    "inertia_xx", "inertia_yy", "inertia_zz", "inertia_xy", "inertia_xz", "inertia_yz",
-    "gravity_x", "gravity_y", "gravity_z",
-    "force_x", "force_y", "force_z", "force_point_x", "force_point_y", "force_point_z",
-    "torque_x", "torque_y", "torque_z",
-    "alpha", "beta", "alpha_rate", "beta_rate", "spin", "spin_rate",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -49,10 +39,7 @@ class Joint:
     def __post_init__(self) -> None:
         set_frozen(
             self,
-            **{
-                name: finite_number("Joint", name, getattr(self, name), positive=True)
-                for name in ("bearing_radius", "journal_radius", "half_length")
-            },
+            **{name: finite_number("Joint", name, getattr(self, name), positive=True) for name in JOINT},
         )
         if self.journal_radius >= self.bearing_radius:
             raise ValueError(
@@ -235,7 +222,7 @@ class Motion:
     spin_rate: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("alpha", "beta", "alpha_rate", "beta_rate", "spin", "spin_rate"):
+        for name in START:
             set_frozen(self, **{name: finite_number("Motion", name, getattr(self, name))})
 
 
@@ -257,7 +244,7 @@ class Scene:
 
     @cached_property
     def scalars(self) -> Mapping[str, float]:
-        """Value of every name in :data:`SCALARS`, SI units (absent loads are zero)."""
+        """Value of every name in :data:`tolmc.quantities.SCALARS`, SI units (absent loads are zero)."""
         joint, body, loads, motion = self.joint, self.body, self.loads, self.motion
         J = body.inertia
         vectors = {
@@ -275,12 +262,12 @@ class Scene:
             "inertia_xx": J[0, 0], "inertia_yy": J[1, 1], "inertia_zz": J[2, 2],
             "inertia_xy": J[0, 1], "inertia_xz": J[0, 2], "inertia_yz": J[1, 2],
             **{f"{name}_{axis}": v for name, vector in vectors.items() for axis, v in zip("xyz", vector, strict=True)},
-            **{name: getattr(motion, name) for name in SCALARS[-6:]},
+            **{name: getattr(motion, name) for name in START},
         }  # fmt: skip
         return {name: float(values[name]) for name in SCALARS}
 
     def replaced(self, **scalars: float) -> Scene:
-        """The scene with some scalars of :data:`SCALARS` changed, validated again."""
+        """The scene with some scalars of :data:`tolmc.quantities.SCALARS` changed, validated again."""
         unknown = sorted(set(scalars) - set(SCALARS))
         if unknown:
             raise ValueError(f"Scene: unknown scalar {unknown[0]!r}; allowed: {', '.join(SCALARS)}.")
@@ -303,5 +290,5 @@ class Scene:
             joint=Joint(s["bearing_radius"], s["journal_radius"], s["half_length"], self.joint.section),
             body=Body(s["mass"], vector("center_of_mass"), inertia),
             loads=Loads(vector("gravity"), optional("force"), optional("force_point"), optional("torque")),
-            motion=Motion(*(s[name] for name in SCALARS[-6:])),
+            motion=Motion(*(s[name] for name in START)),
         )

@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.errors import InputError
 from tolmc.mechanism.scene import Scene
 from tolmc.statistics.columns import Columns
@@ -35,7 +35,6 @@ DISTRIBUTIONS = ("tilt_angle", "effective_radius", "contact_force_D_max", "conta
 
 _POINTS = 2_000
 _UPRIGHT = 4  # names of so many inputs stand beside each other
-_UNRANKED = ("contact_loss_time", *units.CHECKS)
 
 
 def save(figure: Figure, path: str | Path) -> None:
@@ -83,13 +82,13 @@ def _head(figure: Figure, title: str) -> None:
 
 
 def _label(name: str, *, with_unit: bool = True) -> str:
-    unit = units.shown(name)[0]
-    text = units.label(name).replace("N_D", "$N_D$").replace("N_E", "$N_E$")
+    unit = quantities.shown(name)[0]
+    text = quantities.label(name).replace("N_D", "$N_D$").replace("N_E", "$N_E$")
     return f"{text} ({unit})" if with_unit and unit else text
 
 
 def _draw_distribution(axis, values: np.ndarray, name: str, nominal: float | None, limits: Iterable[float]) -> None:
-    unit, factor = units.shown(name)
+    unit, factor = quantities.shown(name)
     finite = np.isfinite(values)
     values = values if finite.all() else values[finite]  # no copy of a million values, here or for the unit below
     axis.set_xlabel(_label(name))
@@ -145,7 +144,7 @@ def _mark(axis, value: float, text: str, colour: str, style: str, height: float)
 
 def draw_drivers(samples: pd.DataFrame, inputs: list[str], *, title: str) -> Figure:
     """Which input drives which output: rank correlations, and the strongest driver of both force maxima."""
-    outputs = [name for name in units.OUTPUTS if name in samples and name not in _UNRANKED]
+    outputs = [name for name in quantities.RESPONSES if name in samples]
     outputs = [name for name in outputs if _varies(samples[name])]
     inputs = [name for name in inputs if _varies(samples[name])]
     below = 0.62 if len(inputs) <= _UPRIGHT else 1.15  # inches for the names of the inputs
@@ -194,7 +193,7 @@ def _draw_correlations(axis, correlations: pd.DataFrame) -> None:
 
 def _draw_scatter(axis, samples: pd.DataFrame, driver: str, output: str) -> None:
     head = samples[[driver, output]].iloc[:_POINTS]
-    (_, x_factor), (y_unit, y_factor) = units.shown(driver), units.shown(output)
+    (_, x_factor), (y_unit, y_factor) = quantities.shown(driver), quantities.shown(output)
     axis.scatter(head[driver] * x_factor, head[output] * y_factor, s=4, color=_BLUE, alpha=0.5, linewidths=0)
     axis.set_title(_label(output, with_unit=False))
     axis.set_xlabel(f"strongest driver: {_label(driver)}")

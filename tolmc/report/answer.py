@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from tolmc import quantities
 from tolmc.analysis.from_samples import INTERACTIONS, contributions
 from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.report import words
@@ -165,9 +166,13 @@ def _model_error(study: Study) -> Iterator[str]:
     if (
         joint.section == "circle"
         and error > NOTEWORTHY
-        and any(name.startswith("contact") for name in study.specification)
+        and any(_follows_contact(quantities.output(name)) for name in study.specification)
     ):
         yield (
             f"With a clearance this large the circle of constant radius may itself misstate the contact forces by "
             f'{words.number(100 * error, 2)} %: confirm with section = "exact".'
         )
+
+
+def _follows_contact(output: quantities.Output) -> bool:
+    return output.kind == "force" or output.event

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from tolmc import units
+from tolmc import quantities, units
 from tolmc.analysis.failure_sources import failure_sources
 from tolmc.analysis.from_samples import first_order, rank_correlation
 from tolmc.errors import InputError
@@ -129,7 +129,7 @@ class _Content:
     @property
     def watches_contact(self) -> bool:
         """Whether contact forces were computed, so that a loss of contact was seen."""
-        return any(name.startswith("contact_") for name in self.columns)
+        return any(quantities.output(name).group == "statistics" for name in self.columns)
 
     @property
     def target(self) -> float:
@@ -174,8 +174,7 @@ class _Content:
 
     @property
     def _of_examined(self) -> dict:
-        apart = (*units.CHECKS, "contact_loss_time")
-        outputs = [name for name in units.OUTPUTS if name in self.columns and name not in apart]
+        outputs = [name for name in quantities.RESPONSES if name in self.columns]
         return {"inputs": self.inputs, "outputs": outputs, **self.drawn}
 
     def answer(self) -> Answer:

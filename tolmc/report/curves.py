@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.report import words
 from tolmc.statistics.outcomes import Specification
 
@@ -43,7 +43,7 @@ def _row(curves: pd.DataFrame, output: str, limits: Iterable[float]) -> Iterable
     values = curves[output].to_numpy(float)
     low, high = _span(values[np.isfinite(values)], limits)
 
-    factor = units.shown(output)[1]
+    factor = quantities.shown(output)[1]
     bottom, top = words.span(low * factor, high * factor, 3).split(" to ")
 
     def heights(y):
@@ -56,8 +56,8 @@ def _row(curves: pd.DataFrame, output: str, limits: Iterable[float]) -> Iterable
         x = curve["value"].to_numpy(float)
         across = WIDTH * (x - x[0]) / (x[-1] - x[0])
         yield Panel(
-            output=f"{units.label(output)} ({words.unit(output)})",
-            dimension=units.label(dimension),
+            output=f"{quantities.label(output)} ({words.unit(output)})",
+            dimension=quantities.label(dimension),
             points=" ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, heights(curve[output]), strict=True)),
             limits=tuple(round(float(h), 1) for h in heights(list(limits)) if 0 <= h <= HEIGHT),
             left=words.quantity(dimension, x[0]),

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.mechanism.scene import Joint
 from tolmc.report import words
@@ -37,13 +37,13 @@ def relations(study: Study) -> str:
     if tolerances.correlation is not None:
         matrix = np.array(tolerances.correlation)
         pairs = [
-            f"{units.label(tolerances.names[i])} and {units.label(tolerances.names[j])}: {words.number(matrix[i, j])}"
+            f"{quantities.label(tolerances.names[i])} and {quantities.label(tolerances.names[j])}: {words.number(matrix[i, j])}"
             for i, j in zip(*np.nonzero(np.triu(matrix, 1)), strict=True)
         ]
         if pairs:
             sentences.append(f"Correlation of {'; '.join(pairs)}.")
     shares = [
-        f"{units.label(dimension.name)} {words.number(100 * dimension.between_lots, 3)} %"
+        f"{quantities.label(dimension.name)} {words.number(100 * dimension.between_lots, 3)} %"
         for dimension in tolerances.varied
         if dimension.between_lots
     ]
@@ -88,13 +88,13 @@ def of_contact(shares: pd.DataFrame, *, is_watched: bool, on_contact_loss: str) 
 
 def of_integration(plan: Mapping, summary: pd.DataFrame) -> str:
     """How the motions were integrated, and how large the error of that is against the sampling error."""
-    if set(summary.index) <= set(units.OUTPUTS[:3]):
+    if set(summary.index) <= set(quantities.GEOMETRY):
         return "Integration: none; the outputs follow from the dimensions alone."
     sentences = [
         f"Integration: {plan['steps']:,} steps of {plan['method']} ({plan['formulation']} form) for each motion.",
         _pilot(plan, error_budget(summary)["ratio"]),
     ]
-    errors = summary.loc[summary.index.isin(units.CHECKS) & (summary["used"] > 0), "max"]
+    errors = summary.loc[summary.index.isin(quantities.CHECKS) & (summary["used"] > 0), "max"]
     if len(errors):
         found = words.joined(f"{words.phrase(name)} {words.number(value, 2)}" for name, value in errors.items())
         sentences.append(f"Largest relative error of the invariants over all samples: {found}.")
@@ -130,7 +130,7 @@ def limits(study: Study) -> list[str]:
         _section(study.scene.joint),
         "Bore and journal are perfect cylinders: errors of form (roundness, straightness, coaxiality), roughness, wear and "
         "thermal expansion have to be part of the limits of R*, r* and L.",
-        f"One motion is judged: this start, these loads, {words.quantity('status_time', study.scene.duration)}. Other starts, "
+        f"One motion is judged: this start, these loads, {words.quantity('duration', study.scene.duration)}. Other starts, "
         "other loads and longer times may be worse.",
         "The parts follow the distributions in the table of dimensions. Other machines, worn tools or sorted parts give other "
         "yields.",

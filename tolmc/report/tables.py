@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.analysis.from_samples import INTERACTIONS, contributions
-from tolmc.mechanism.scene import SCALARS
+from tolmc.quantities import SCALARS
 from tolmc.report import words
 from tolmc.statistics.capability import ALL_REQUIREMENTS
 from tolmc.statistics.intervals import Estimate
@@ -77,7 +77,7 @@ def _cells(values: Iterable[Cell | str | tuple[str, str]]) -> tuple[Cell, ...]:
 
 
 def _named(name: str, detail: str = "") -> Cell:
-    return Cell(units.label(name), detail)
+    return Cell(quantities.label(name), detail)
 
 
 def dimensions_table(study: Study) -> Table:
@@ -85,7 +85,7 @@ def dimensions_table(study: Study) -> Table:
     classes = _tolerance_classes(study)
     rows, frame = [], {}
     for dimension in study.tolerances.dimensions:
-        unit, factor = units.shown(dimension.name)
+        unit, factor = quantities.shown(dimension.name)
         nominal, low, high = (factor * x for x in (dimension.nominal, dimension.lower, dimension.upper))
         on_drawing = _on_drawing(dimension.name, nominal, low, high, classes)
         rows.append(
@@ -126,7 +126,7 @@ def dimensions_table(study: Study) -> Table:
 
 def _in_rpm(study: Study, name: str, *values: float) -> str:
     """Values of an angular velocity as a study that is written in rpm has them."""
-    if units.SI[name] != "rad/s" or "rpm" not in study.source:
+    if quantities.unit(name) != "rad/s" or "rpm" not in study.source:
         return ""
     ends = dict.fromkeys(words.number(value * 30 / math.pi, 6) for value in values)
     return f"{' to '.join(ends)} rpm"
@@ -173,7 +173,8 @@ def constants_table(study: Study) -> Table:
         for name, value in held.items()
     )
     frame = pd.DataFrame(
-        {"unit": [units.SI[name] for name in held], "value": list(held.values())}, index=pd.Index(held, name="quantity")
+        {"unit": [quantities.unit(name) for name in held], "value": list(held.values())},
+        index=pd.Index(held, name="quantity"),
     )
     return Table(
         "constants", "The same in every sample; what is not named is zero.", ("Quantity", "value"), rows, frame
@@ -192,7 +193,7 @@ def requirements_table(
     for name, row in capability.iterrows():
         counted = shares.loc[ANY_REQUIREMENT if name == ALL_REQUIREMENTS else name]
         verdict = words.judged(_estimate(row, "yield"), target)
-        label = "All requirements" if name == ALL_REQUIREMENTS else units.label(name)
+        label = "All requirements" if name == ALL_REQUIREMENTS else quantities.label(name)
         rows.append(
             _cells(
                 (
@@ -250,7 +251,7 @@ def capability_table(capability: pd.DataFrame, intervals: Mapping[str, Estimate]
     rows = []
     found = capability.loc[list(intervals)].dropna(subset="ppm_if_normal")
     for name, row in found.iterrows():
-        low, high = (units.shown(name)[1] * end for end in intervals[name])
+        low, high = (quantities.shown(name)[1] * end for end in intervals[name])
         rows.append(
             _cells(
                 (
@@ -277,11 +278,11 @@ def capability_table(capability: pd.DataFrame, intervals: Mapping[str, Estimate]
 
 def outputs_table(summary: pd.DataFrame) -> Table:
     """Estimates of every output with their intervals."""
-    shown = summary[(summary["used"] > 0) & ~summary.index.isin(units.CHECKS)]
+    shown = summary[(summary["used"] > 0) & ~summary.index.isin(quantities.CHECKS)]
     shown = without_rounding_errors(shown, [f"{key}{end}" for key in STATISTICS for end in ("", "_low", "_high")])
     rows = []
     for name, row in shown.iterrows():
-        factor = units.shown(name)[1]
+        factor = quantities.shown(name)[1]
         rows.append(
             _cells(
                 (
@@ -304,9 +305,9 @@ def _in_shown_units(summary: pd.DataFrame) -> pd.DataFrame:
     values = [*STATISTICS, "min", "max", "q5", "q95"]
     frame = summary[["samples", "used", "failed", *(f"{key}{end}" for key in values for end in ("", "_low", "_high"))]]
     frame = frame.astype(dict.fromkeys(frame.columns[3:], float))
-    factors = np.array([units.shown(name)[1] for name in frame.index])
+    factors = np.array([quantities.shown(name)[1] for name in frame.index])
     frame = frame.assign(**{column: frame[column] * factors for column in frame.columns[3:]})
-    frame.insert(0, "unit", [units.shown(name)[0] for name in frame.index])
+    frame.insert(0, "unit", [quantities.shown(name)[0] for name in frame.index])
     return frame
 
 
@@ -323,7 +324,7 @@ def contributions_table(indices: pd.DataFrame, directions: pd.DataFrame, *, are_
         cells = [_percent(row[d], _direction(directions.at[(name, d), "correlation"])) for d in dimensions]
         cells += [_percent(row[others].sum())] if others else []
         rows.append((_named(name), *cells, _percent(row[INTERACTIONS])))
-    labels = [units.label(dimension) for dimension in dimensions] + (["Others"] if others else [])
+    labels = [quantities.label(dimension) for dimension in dimensions] + (["Others"] if others else [])
     rest = "Interactions and correlation" if are_correlated else "Interactions"
     half = 50 * (indices["first_high"] - indices["first_low"])
     return Table(
@@ -366,13 +367,13 @@ def failures_table(sources: pd.DataFrame, inputs: Iterable[str]) -> Table:
             Cell(f"{found.at[d, 'distance']:.2f}", _place(found.loc[d]), bar=found.at[d, "distance"])
             for d in dimensions
         )
-        label = _EVENTS.get(event) or f"{units.label(event)} out"
+        label = _EVENTS.get(event) or f"{quantities.label(event)} out"
         rows.append((Cell(label), Cell(f"{found['events'].iloc[0]:,}"), *cells))
     return Table(
         "failures",
         "Where the failures come from: how far a dimension's distribution in the failures lies from that in all other samples, "
         "0 (it has nothing to do with them) to 1 (a value of it separates them), and where most of them lie.",
-        ("Failure", "samples", *(units.label(dimension) for dimension in dimensions)),
+        ("Failure", "samples", *(quantities.label(dimension) for dimension in dimensions)),
         tuple(rows),
         sources.drop(columns="finding"),
     )
@@ -389,9 +390,9 @@ def budget_table(summary: pd.DataFrame) -> Table:
     budget = error_budget(summary).dropna(subset="integration")
     rows = []
     for name, row in budget.iterrows():
-        factor = units.shown(name)[1]
+        factor = quantities.shown(name)[1]
         errors = (_error(row[key] * factor) for key in ("integration", "mean", "sd", "q99.865"))
-        rows.append(_cells((f"{units.label(name)} ({words.unit(name)})", *errors, words.number(row["ratio"], 2))))
+        rows.append(_cells((f"{quantities.label(name)} ({words.unit(name)})", *errors, words.number(row["ratio"], 2))))
     return Table(
         "error_budget",
         "Error budget, ±: integration error beside half the 95 % interval of three estimates. Ratio: integration error over "
@@ -417,7 +418,7 @@ def statuses_table(statuses: pd.DataFrame) -> Table:
 
 def stackup_table(stackup: pd.DataFrame) -> Table:
     """Worst case, root sum square, Monte Carlo and the accelerated estimate side by side: both limits of each output."""
-    stackup = stackup.drop(index=list(units.CHECKS), level="output", errors="ignore")
+    stackup = stackup.drop(index=list(quantities.CHECKS), level="output", errors="ignore")
     kinds = {"worst_case": "worst case", "root_sum_square": "root sum square", "monte_carlo": "Monte Carlo"}
     missing = stackup["accelerated_missing"].dropna()
     if stackup["accelerated"].notna().any():
@@ -447,7 +448,7 @@ def _in_unit(kinds: Iterable[str]) -> list[str]:
 
 
 def _side_by_side(name: str, quantity: str, row: pd.Series, kinds: Iterable[str]) -> tuple[Cell, ...]:
-    factor = units.shown(name)[1]
+    factor = quantities.shown(name)[1]
     decimals = _decimals(row, factor)
     details = {
         "worst_case": _percent_off(row["excess_percent"], "wider"),
@@ -497,11 +498,11 @@ def _verdict(row: pd.Series) -> Cell:
 
 def accelerated_table(stackup: pd.DataFrame) -> Table:
     """The accelerated estimate of every output, and the surrogate behind it."""
-    stackup = stackup.drop(index=list(units.CHECKS), level="output", errors="ignore").dropna(subset="accelerated")
+    stackup = stackup.drop(index=list(quantities.CHECKS), level="output", errors="ignore").dropna(subset="accelerated")
     shown = without_rounding_errors(stackup, _in_unit(("accelerated",)))
     rows = []
     for name, answers in shown.groupby("output", sort=False):
-        factor, answers = units.shown(name)[1], answers.droplevel("output")
+        factor, answers = quantities.shown(name)[1], answers.droplevel("output")
         estimates = (words.estimate(*_estimate(answers.loc[q], "accelerated"), factor=factor) for q in answers.index)
         surrogate = answers.iloc[0]
         rows.append(
@@ -534,7 +535,7 @@ def indices_table(indices: pd.DataFrame, outputs: Iterable[str]) -> Table:
     rows = [
         _cells(
             (
-                units.label(output),
+                quantities.label(output),
                 order,
                 *(words.estimate(*_estimate(known.loc[(output, d)], column), digits=3) for d in dimensions),
             )
@@ -547,7 +548,7 @@ def indices_table(indices: pd.DataFrame, outputs: Iterable[str]) -> Table:
         "sobol_indices",
         "Sobol' indices with 95 % intervals. First order: the share of the variance that vanishes when the dimension is made "
         "exactly. Total: the share that remains when all others are.",
-        ("Output", "index", *(units.label(dimension) for dimension in dimensions)),
+        ("Output", "index", *(quantities.label(dimension) for dimension in dimensions)),
         tuple(rows),
         indices,
         left=(0, 1),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.statistics.intervals import Estimate
 from tolmc.tolerances.dimension import Dimension
 from tolmc.tolerances.distributions import Beta, Measured, Normal, Scipy, Triangular
@@ -28,7 +28,6 @@ AFTER_LOSS = {
     "continue": "they go on as if the wall could pull, as the study has it",
 }
 
-_KINDS = {"max": "largest", "min": "smallest"}
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -113,21 +112,17 @@ def span(low: float, high: float, digits: int = 4) -> str:
 
 def unit(name: str) -> str:
     """The unit in which people read the named quantity."""
-    return units.shown(name)[0].replace("^2", "²")
+    return quantities.shown(name)[0].replace("^2", "²")
 
 
 def quantity(name: str, value: float, digits: int = 6) -> str:
     """A value of the named quantity with the unit in which people read it."""
-    return f"{number(value * units.shown(name)[1], digits)} {unit(name)}".rstrip()
+    return f"{number(value * quantities.shown(name)[1], digits)} {unit(name)}".rstrip()
 
 
 def phrase(name: str) -> str:
     """The named quantity within a sentence."""
-    if name.startswith("contact_force_"):
-        end, kind = name.split("_")[2:]
-        return f"{_KINDS.get(kind, kind)} contact force N_{end}"
-    label = units.label(name)
-    return label[0].lower() + label[1:]
+    return quantities.of(name).phrase
 
 
 def limits(name: str, minimum: float, maximum: float) -> str:

@@ -9,7 +9,7 @@ from functools import partial
 
 import pyarrow as pa
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.runs.directory import RunDirectory
 from tolmc.runs.nominal import study_motion
 from tolmc.statistics.columns import Columns
@@ -82,7 +82,7 @@ def draw_drivers(directory: RunDirectory, study: Study, first: pa.Table) -> None
     from tolmc.pictures import plots
 
     varied = [dimension.name for dimension in study.tolerances.varied]
-    shown = [*varied, *(name for name in units.OUTPUTS if name in first.column_names)]
+    shown = [*varied, *(name for name in quantities.OUTPUTS if name in first.column_names)]
     figure = plots.draw_drivers(first.select(shown).to_pandas(), varied, title=study.title)
     directory.write_file("drivers.png", partial(plots.save, figure))
 
@@ -92,7 +92,7 @@ def draw_distributions(directory: RunDirectory, study: Study, nominal: dict[str,
     from tolmc.pictures import plots
 
     samples = Columns(directory.read)
-    outputs = [name for name in units.OUTPUTS if name in samples]
+    outputs = [name for name in quantities.OUTPUTS if name in samples]
     shown = [name for name in plots.DISTRIBUTIONS if name in samples] or outputs[:1]
     figure = plots.draw_distributions(
         samples, shown, nominal=nominal, specification=study.specification, title=study.title

@@ -18,9 +18,10 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.errors import ClusterError, InputError
-from tolmc.mechanism.scene import SCALARS, Scene
+from tolmc.mechanism.scene import Scene
+from tolmc.quantities import SCALARS
 from tolmc.runs import directory as run_directory
 from tolmc.runs.crew import Crew, crew
 from tolmc.runs.directory import RunDirectory
@@ -31,7 +32,7 @@ from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.until import Sequential, looks_of, outcome, sample_study
 from tolmc.simulation.ensemble import integrate_columns
 from tolmc.simulation.judge import STATUSES
-from tolmc.simulation.outputs import GEOMETRY_OUTPUTS, scene_outputs
+from tolmc.simulation.outputs import scene_outputs
 from tolmc.simulation.pilot import plan_integration
 from tolmc.simulation.plan import Plan
 from tolmc.simulation.trajectory import Trajectory
@@ -213,7 +214,7 @@ def _plan(study: Study) -> Plan:
 
 def _integrates(study: Study) -> bool:
     """Whether any output needs the motion."""
-    return study.outputs is None or not set(study.outputs) <= set(GEOMETRY_OUTPUTS)
+    return study.outputs is None or not set(study.outputs) <= set(quantities.GEOMETRY)
 
 
 def _record_of(plan: Plan) -> dict:
@@ -361,15 +362,15 @@ def _result(
     began: float,
 ) -> StudyResult:
     samples, specification = Columns(read), study.specification
-    outputs = [name for name in units.OUTPUTS if name in samples]
+    outputs = [name for name in quantities.OUTPUTS if name in samples]
     drawn = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
     if sequential is not None:
         drawn["confidence"] = sequential.looks.look_confidence
     judged = out_of_specification(samples, specification, on_contact_loss=study.on_contact_loss)
     judging = {"specification": specification, "on_contact_loss": study.on_contact_loss, "judged": judged}
-    accuracies = _integration_errors(plan, nominal, outputs)
+    accuracies = _integration_errors(plan, nominal)
     summary = summarise(samples, outputs=outputs, accuracies=accuracies, workers=study.workers, **judging, **drawn)
-    summary.insert(0, "unit", [units.SI[name] for name in summary.index])
+    summary.insert(0, "unit", [quantities.unit(name) for name in summary.index])
     return StudyResult(
         study=study,
         plan=plan,
@@ -390,8 +391,9 @@ def _nominal_outputs(study: Study, plan: Plan) -> dict[str, float | str]:
     return {**columns, "status": STATUSES[columns["status"]]}
 
 
-def _integration_errors(plan: Plan, nominal: dict, outputs: list[str]) -> dict[str, float]:
+def _integration_errors(plan: Plan, nominal: dict) -> dict[str, float]:
     """The pilot's error, relative to the larger contact-force maximum and to 1 rad, in the outputs' units."""
-    peaks = [abs(nominal[name]) for name in ("contact_force_D_max", "contact_force_E_max") if name in nominal]
-    scales = {name: max(peaks, default=0.0) for name in outputs if name.startswith("contact_force")}
-    return {name: plan.pilot_error * scale for name, scale in {**scales, "tilt_max": 1.0}.items()}
+    statistics = [row for row in quantities.OUTPUT_ROWS if row.group == "statistics" and row.name in nominal]
+    peaks = [abs(nominal[row.name]) for row in statistics if row.kind == "force" and row.settled == "grows"]
+    scales = {"force": max(peaks, default=0.0), "angle": 1.0}
+    return {row.name: plan.pilot_error * scales[row.kind] for row in statistics if row.kind in scales}

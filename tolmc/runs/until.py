@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.looks import Looks, SequentialEstimate, sample_until
 from tolmc.statistics.observations import Observations
@@ -41,7 +41,7 @@ class Sequential:
 
     def sentence(self) -> str:
         """How many samples the run took, and whether its interval became as narrow as asked for."""
-        unit, factor = ("", 1.0) if self.until.output is None else units.shown(self.until.output)
+        unit, factor = ("", 1.0) if self.until.output is None else quantities.shown(self.until.output)
         _, low, high = self.found.estimate
         confidence = f"{100 * self.looks.confidence:g} %"
         ended = "stopped" if self.found.reached else "ended without the width asked for"
@@ -57,7 +57,7 @@ class Sequential:
             return "the yield"
         names = {"mean": "the mean", "sd": "the standard deviation"}
         name = names.get(self.until.statistic) or f"the quantile {self.until.statistic[1:]} %"
-        return f"{name} of {units.label(self.until.output)}"
+        return f"{name} of {quantities.label(self.until.output)}"
 
 
 def looks_of(study: Study) -> Looks:

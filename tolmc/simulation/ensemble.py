@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from tolmc.mechanism.checks import choice
-from tolmc.mechanism.scene import SCALARS, Scene
+from tolmc.mechanism.scene import Scene
+from tolmc.quantities import SCALARS
 from tolmc.simulation.block import block_columns
 from tolmc.simulation.integration import WIDTH
 from tolmc.simulation.judge import STATUSES
@@ -47,13 +48,13 @@ def simulate_many(
     Parameters
     ----------
     bearing_radius, journal_radius, half_length : (n,) array_like, m
-    parameters : mapping from further names in mechanism.SCALARS to (n,) array_like, SI units
+    parameters : mapping from further names in quantities.SCALARS to (n,) array_like, SI units
     step : float, s
         Fixed step; None: chosen by a pilot on the nominal and the corner dimensions (:func:`plan_integration`).
     method : {"rk8", "rk4", "auto"}
         A symmetric body whose contact forces nobody asks for has a formula of order 8 that takes fewer steps.
     formulation : {"slope", "published", "published-regular"}
-    outputs : names in :data:`OUTPUTS`, :data:`INVARIANT_OUTPUTS` or :data:`END_OUTPUTS`
+    outputs : names in :data:`tolmc.quantities.OUTPUTS` or :data:`tolmc.quantities.END_OUTPUTS`
         None: all that the scene has (:func:`scene_outputs`). What is not asked for is not computed; geometry alone
         integrates nothing.
     workers : int
@@ -121,7 +122,7 @@ def integrate_columns(
 
     Parameters
     ----------
-    inputs : mapping from names in mechanism.SCALARS to (n,) float arrays, SI units
+    inputs : mapping from names in quantities.SCALARS to (n,) float arrays, SI units
 
     Returns
     -------

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tolmc.mechanism.scene import Scene
+from tolmc.quantities import SCALAR_ROWS
 
 
 @dataclass(frozen=True)
@@ -38,20 +39,19 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
     axial and nobody asks for the ``pose`` itself; ``exact``: the section is exact; ``load``: there is any load.
     """
     body, loads = scene.body, scene.loads
-    names = {f"{load}_{axis}" for load in ("gravity", "force", "torque") for axis in "xyz"}
-    present = {name for name in names if scene.scalars[name]} | (varied & names)
-    force = any(name.startswith("force") for name in present)
-    off_axis = force and loads.force_point is not None and any(loads.force_point[:2])
-    torque = any(name.startswith("torque") for name in present)
+    loaded = [row for row in SCALAR_ROWS if row.vector in ("gravity", "force", "torque")]
+    present = [row for row in loaded if row.name in varied or scene.scalars[row.name]]
+    off_axis = any(row.vector == "force" for row in present) and any((loads.force_point or (0.0, 0.0))[:2])
+    torque = any(row.vector == "torque" for row in present)
     general = not body.is_symmetric or off_axis or torque or bool(varied & _UNSYMMETRIC)
-    transverse = any(not name.endswith("_z") for name in present)
+    transverse = any(row.axis != "z" for row in present)
     exact = scene.joint.section == "exact"
     if general and not scene.scalars["inertia_zz"] > 0:
         raise ValueError(
             "Body: inertia[2, 2] = 0 kg m^2 has no spin dynamics under this body or load; allowed: > 0 unless the body is "
             "symmetric about the journal's axis and no load has a moment along it. Give the journal's own inertia."
         )
-    turned = present & {"gravity_x", "gravity_y", "force_x", "force_y", "torque_z"}
+    turned = any((row.axis == "z") == (row.vector == "torque") for row in present)
     axial = not (general or transverse or pose or exact)
     symmetric = body.is_symmetric and not (varied & _UNSYMMETRIC) and not (off_axis or torque)
     return Features(general, axial, exact, bool(present), momentum=not turned, spin=symmetric)

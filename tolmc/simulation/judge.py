@@ -8,8 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from tolmc.kernels import parameters as P
+from tolmc.quantities import CHECKS, OUTPUT_ROWS
 from tolmc.simulation import results as R
-from tolmc.simulation.outputs import CHECKS
+from tolmc.simulation.outputs import ROWS
 from tolmc.simulation.plan import Plan
 
 # Codes of a sample's status; the first three are the kernels' own.
@@ -33,6 +34,13 @@ STATUSES = (
 )
 
 
+_STATISTICS = [output for output in OUTPUT_ROWS if output.group == "statistics"]
+# Rows of the statistics along a motion: those that every motion has, times of what need not happen, forces, angles.
+_NUMBERS = [ROWS[output.name] for output in _STATISTICS if not output.event]
+_EVENTS = [ROWS[output.name] for output in _STATISTICS if output.event]
+_FORCES, _ANGLES = ([ROWS[output.name] for output in _STATISTICS if output.kind == kind] for kind in ("force", "angle"))
+
+
 def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, forces: bool) -> np.ndarray:
     """Relative difference of two results, a number a sample: end of the motion, energy, and forces if there are any."""
     end = slice(R.ORIGIN_X, R.ORIGIN_Y + 1)
@@ -45,9 +53,9 @@ def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, forces:
         same = coarse[R.STATUS] == fine[R.STATUS]
         scale = np.maximum(fine[R.D_MAX], fine[R.E_MAX])
         # Where one of the two loses contact and the other just not, their statistics do not measure the integration.
-        tilt = np.abs(coarse[R.TILT_MAX] - fine[R.TILT_MAX])
-        worst = np.maximum(worst, np.where(same, tilt, 0.0))
-        force = np.abs(coarse[: R.E_RMS + 1] - fine[: R.E_RMS + 1]).max(axis=0)
+        angle = np.abs(coarse[_ANGLES] - fine[_ANGLES]).max(axis=0)
+        worst = np.maximum(worst, np.where(same, angle, 0.0))
+        force = np.abs(coarse[_FORCES] - fine[_FORCES]).max(axis=0)
         force = np.divide(force, scale, out=np.zeros_like(force), where=scale > 0)
         worst = np.where(same, np.maximum(worst, force), worst)
     return np.where(np.isfinite(worst), worst, np.inf)
@@ -68,7 +76,7 @@ def judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, f
     worst = np.maximum.reduce([results[row] for row in checks])
     finite = np.isfinite(worst)
     if forces:
-        finite &= np.isfinite(results[: R.TILT_MAX + 1]).all(axis=0)
+        finite &= np.logical_and.reduce([np.isfinite(results[row]) for row in _NUMBERS])
         worst = np.maximum(worst, _contradiction(results, raw))
     good = finite & (worst <= plan.accuracy)
     if not good.all():
@@ -78,7 +86,7 @@ def judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, f
     # A motion that has left the numbers' range or the coordinates' domain has no statistics.
     without = (code == R.DIVERGED) | (code >= SINGULAR_PSI)
     if without.any():
-        results[: R.LOSS_TIME + 1, without] = np.nan
+        results[np.ix_([*_NUMBERS, *_EVENTS], without)] = np.nan
     return code
 
 

@@ -9,9 +9,12 @@ import numpy as np
 
 from tolmc.kernels import parameters as P
 from tolmc.mechanism import geometry
-from tolmc.mechanism.scene import SCALARS
+from tolmc.quantities import SCALAR_ROWS
 from tolmc.simulation import results as R
 from tolmc.simulation.judge import BODY_INVALID, GEOMETRY_INVALID
+
+_ROWS = {scalar.name: getattr(P, scalar.row) for scalar in SCALAR_ROWS}
+_BODY_SCALARS = tuple(scalar.name for scalar in SCALAR_ROWS if scalar.group == "body")
 
 _SCRATCH = threading.local()
 
@@ -30,14 +33,8 @@ def pack(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Parameter array (parameters.COUNT, n) and the code of each sample: OK, or why it cannot be integrated."""
     raw = np.empty((P.COUNT, n)) if raw is None else raw
-    rows = {name: row for row, name in enumerate(SCALARS[3:], start=P.MASS)}
-    rows |= {
-        "half_length": P.HALF_LENGTH,
-        "bearing_radius": P.BEARING_RADIUS,
-        "journal_radius": P.JOURNAL_RADIUS,
-    }
     finite = np.ones(n, bool)
-    for name, row in rows.items():
+    for name, row in _ROWS.items():
         raw[row] = values[name]
         if np.ndim(values[name]):  # a scene's own scalars are finite
             finite &= np.isfinite(values[name])
@@ -79,6 +76,3 @@ def _load_energy(values: Mapping[str, np.ndarray | float], r: np.ndarray, length
     horizontal = np.abs(weight[0] + force[0]) + np.abs(weight[1] + force[1])
     slope = r / length
     return r * horizontal + slope * (lever[0] + lever[1] + 0.5 * slope * lever[2])
-
-
-_BODY_SCALARS = tuple(name for name in SCALARS if name.startswith(("mass", "center_of_mass", "inertia")))

@@ -12,7 +12,8 @@ import numpy as np
 from tolmc.kernels import parameters as P
 from tolmc.kernels.tableaux import TABLEAUX
 from tolmc.mechanism.checks import choice, positive_number
-from tolmc.mechanism.scene import SCALARS, Scene
+from tolmc.mechanism.scene import Scene
+from tolmc.quantities import SCALARS
 from tolmc.simulation import results as R
 from tolmc.simulation.features import features_of
 from tolmc.simulation.integration import integrate
@@ -127,7 +128,7 @@ def plan_integration(
 
     Parameters
     ----------
-    bounds : mapping from names in mechanism.SCALARS to (low, high), SI units
+    bounds : mapping from names in quantities.SCALARS to (low, high), SI units
     step : float, s, or None
     accuracy : float
         Relative to r, to the largest contact force and to the energy. Default 1e-7 (with a given step: 1e-4, only judged).

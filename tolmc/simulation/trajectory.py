@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 
 from tolmc.mechanism.scene import Scene
+from tolmc.quantities import END_OUTPUTS, OUTPUTS
 from tolmc.simulation.block import block_columns
 from tolmc.simulation.integration import trace
 from tolmc.simulation.judge import SINGULAR_PSI, sentence
-from tolmc.simulation.outputs import END_OUTPUTS, OUTPUTS, scene_outputs
+from tolmc.simulation.outputs import scene_outputs
 from tolmc.simulation.packing import pack
 from tolmc.simulation.pilot import plan_integration
 from tolmc.simulation.plan import Plan

@@ -12,10 +12,11 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from tolmc import units
+from tolmc import quantities
 
 CONTACT_LOST = "contact lost"
-FAILED_STATUSES = ("diverged", "inaccurate", "geometry invalid", "body invalid")
+#: Of samples with valid numbers; any other status is a failure.
+_VALID = ("ok", CONTACT_LOST)
 ANY_REQUIREMENT = "any requirement"
 ALL_REQUIREMENTS = "all requirements"
 CONTACT_LOSS = "contact loss"
@@ -23,12 +24,10 @@ ON_CONTACT_LOSS = ("stop", "continue", "end")
 Specification = Mapping[str, Mapping[str, float | None]]
 #: Rows out of the limits and rows known to be in or out, {output: (rows,) bool} each: :func:`out_of_specification`.
 Judged = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]
-#: Outputs that a loss of contact leaves as they are: the geometry, and the time of the loss itself.
-_SETTLED = (*units.OUTPUTS[:3], "contact_loss_time")
 
 
 def _is_failure(status: str) -> bool:
-    return status in FAILED_STATUSES or status.startswith("singular")
+    return status not in _VALID
 
 
 def rows_whose_status(samples: pd.DataFrame, holds) -> np.ndarray:
@@ -75,7 +74,8 @@ def _outlives_contact(name: str, specification: Specification, on_contact_loss: 
     """Whether the output's values count as they are where contact was lost."""
     if on_contact_loss not in ON_CONTACT_LOSS:
         raise ValueError(f"on_contact_loss = {on_contact_loss!r} is unknown; allowed: {', '.join(ON_CONTACT_LOSS)}.")
-    return name in _SETTLED or on_contact_loss != "stop" or "contact_loss_time" in specification
+    settled = quantities.output(name).settled in ("at start", "at loss")
+    return settled or on_contact_loss != "stop" or "contact_loss_time" in specification
 
 
 def out_of_specification(
@@ -84,8 +84,8 @@ def out_of_specification(
     """For each specified output, rows that are out of its limits and rows that are known to be in or out.
 
     A sample is not known :func:`without_value`, with one exception: an extreme over the motion that leaves its
-    limit before contact is lost is out, whatever follows. Nor is a sample without a number; only a missing
-    ``contact_loss_time`` says something: contact was never lost, and no limit is broken.
+    limit before contact is lost is out, whatever follows. Nor is a sample without a number; only a missing time of
+    an event says something: it did not happen, and no limit is broken.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def out_of_specification(
         values = samples[name].to_numpy(float)
         unknown = broken if _outlives_contact(name, specification, on_contact_loss) else ended
         unknown = unknown & (broken | ~_stays_out(name, values, low, high))
-        if name != "contact_loss_time":
+        if not quantities.output(name).event:
             unknown |= np.isnan(values)
         out[name] = ~unknown & ((values < low) | (values > high))
         known[name] = ~unknown
@@ -108,10 +108,11 @@ def out_of_specification(
 
 
 def _stays_out(name: str, values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Rows that are out of the limits however the motion goes on: a maximum only grows, a minimum only falls."""
-    if name.endswith("_max"):
+    """Rows that are out of the limits however the motion goes on."""
+    settled = quantities.output(name).settled
+    if settled == "grows":
         return values > high
-    if name.endswith("_min"):
+    if settled == "falls":
         return values < low
     return np.zeros(len(values), bool)
 

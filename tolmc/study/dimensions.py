@@ -16,8 +16,8 @@ from typing import Any
 
 import scipy
 
-from tolmc import units
-from tolmc.mechanism.scene import SCALARS
+from tolmc import quantities, units
+from tolmc.quantities import JOINT, SCALARS
 from tolmc.study.fields import (
     Faults,
     check_names,
@@ -32,7 +32,6 @@ from tolmc.tolerances import fits
 from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Beta, Distribution, Measured, Normal, Scipy, Triangular, Uniform
 
-_JOINT = SCALARS[:3]
 _EXAMPLE = {
     "bearing_radius": '{ nominal = "20 mm", tolerance = "0.05 mm" }',
     "journal_radius": '{ nominal = "19.8 mm", tolerance = "0.05 mm" }',
@@ -76,10 +75,10 @@ class DimensionsTable:
         self.entries = {name: _entry(name, table.get(name, {})) for name in names}
         self.limits = {name: _limits(name, entry, sizes.get(name)) for name, entry in self.entries.items()}
         self.sizes = sizes | {n: entry.diameter for n, entry in self.entries.items() if entry.diameter is not None}
-        missing = [name for name in _JOINT if name not in names]
+        missing = [name for name in JOINT if name not in names]
         if missing:
             raise Faults(*(f"{place('dimensions', n)} is missing; add {n} = {_EXAMPLE[n]}." for n in missing))
-        self.joint = {name: self._joint_nominal(name) for name in _JOINT}
+        self.joint = {name: self._joint_nominal(name) for name in JOINT}
 
     def tolerances(self, scalars: dict[str, float], correlation: dict[str, Any]) -> Tolerances:
         """The dimensions of a scene with these ``scalars`` and the [correlation] table."""
@@ -100,7 +99,7 @@ class DimensionsTable:
 
     def _dimension(self, name: str, nominal: float) -> Dimension:
         entry, limits = self.entries[name], self.limits[name]
-        if name not in _JOINT and entry.nominal is not None:
+        if name not in JOINT and entry.nominal is not None:
             raise Faults(
                 f"{place('dimensions', name, 'nominal')} = {entry.nominal!r} does not belong here: the nominal value, "
                 f"{nominal!r}, comes from the section that describes it. Leave it out."
@@ -110,7 +109,7 @@ class DimensionsTable:
         distribution = self._distribution(name)
         if limits is None and not distribution.stands_alone:
             idle = _given(entry, "distribution", *_ALL_OPTIONS, "lot_share", "lot_sd")
-            if idle or name not in _JOINT:
+            if idle or name not in JOINT:
                 raise Faults(f"{place('dimensions', name)} has no tolerance; add tolerance, or lower and upper.")
         lots = {"lot_share": entry.lot_share, "lot_sd": entry.lot_sd}
         with in_section("dimensions"):
@@ -166,7 +165,7 @@ def _given(entry: DimensionSection, *names: str) -> list[str]:
 
 def _entry(name: str, raw: object) -> DimensionSection:
     table = raw if isinstance(raw, dict) else {"nominal": raw}
-    return validated(DimensionSection, table, "dimensions", name, context=units.SI[name])
+    return validated(DimensionSection, table, "dimensions", name, context=quantities.unit(name))
 
 
 def _limits(name: str, entry: DimensionSection, fit_size: str | None) -> tuple[float, float] | None:
@@ -203,7 +202,8 @@ def _arguments(name: str, arguments: dict[str, Any]) -> dict[str, float]:
     if not arguments:
         raise ValueError('it needs its arguments, such as arguments = { loc = "20 mm", scale = "0.01 mm" }')
     return {
-        key: units.read(value, units.SI[name] if key in ("loc", "scale") else "1") for key, value in arguments.items()
+        key: units.read(value, quantities.unit(name) if key in ("loc", "scale") else "1")
+        for key, value in arguments.items()
     }
 
 

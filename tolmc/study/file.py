@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
 from tolmc.study.dimensions import DimensionsTable
 from tolmc.study.fields import (
@@ -112,7 +112,7 @@ def _inertia_law(body: BodySection, dimensions: Mapping[str, Any]) -> str:
         if body.centroidal_inertia is not None
         else "origin"
     )
-    given = [name for name in dimensions if name.startswith("inertia")]
+    given = [row.name for row in quantities.SCALAR_ROWS if row.kind == "inertia" and row.name in dimensions]
     if law != "origin" and given and any(name in dimensions for name in MASS_AND_CENTER):
         raise Faults(
             f"{place('dimensions', given[0])} has a tolerance beside mass or centre of mass, with which the body's inertia "
@@ -122,10 +122,10 @@ def _inertia_law(body: BodySection, dimensions: Mapping[str, Any]) -> str:
 
 
 def _specification(table: dict[str, Any], outputs: list[str] | None) -> dict[str, dict[str, float]]:
-    check_names(table, units.OUTPUTS, "specification")
+    check_names(table, quantities.OUTPUTS, "specification")
     specification = {}
     for name, limits in table.items():
-        limits = validated(LimitsSection, limits, "specification", name, context=units.SI[name])
+        limits = validated(LimitsSection, limits, "specification", name, context=quantities.unit(name))
         given = limits.model_dump(exclude_none=True)
         if not given:
             raise Faults(f"{place('specification', name)} sets no limit; give min, max or both.")

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StrictBool, ValidationInfo
 
-from tolmc import units
+from tolmc import quantities, units
 from tolmc.study.fields import OWN_UNIT, Form, Inertia, Own, Section, quantity, vector, whole
 
 MAX_SAMPLES = 1_000_000_000
@@ -176,7 +176,7 @@ def _read_width(value: object, info: ValidationInfo) -> float:
     output = info.data.get("output")
     if output is None and info.data.get("statistic") != "yield":
         return 1.0  # the output is at fault, which is told, and the unit not known
-    width = units.read(value, units.SI[output] if output else "1")
+    width = units.read(value, quantities.unit(output) if output else "1")
     if width <= 0:
         raise ValueError("expected a width > 0")
     return width
@@ -185,7 +185,7 @@ def _read_width(value: object, info: ValidationInfo) -> float:
 class _Until(Section):
     """The interval that ends sampling when it is narrow enough."""
 
-    output: Literal[units.OUTPUTS] | None = None
+    output: Literal[quantities.OUTPUTS] | None = None
     """Output whose statistic is meant; none for the yield."""
     statistic: Annotated[
         str, BeforeValidator(_read_statistic), Form(_STATISTIC, {"type": "string"}, f"give {_STATISTIC}")
@@ -227,7 +227,7 @@ class MonteCarloSection(Section):
     """Whether every step is brought back to the energy at the start (and what the loads have done since)."""
     halving: StrictBool = False
     """Whether every motion is integrated with half the step too, and judged by the difference."""
-    outputs: list[Literal[units.OUTPUTS]] | None = None
+    outputs: list[Literal[quantities.OUTPUTS]] | None = None
     """Outputs to compute; all of them when not given. Geometry alone needs no motion and takes next to no time."""
     until: _Until | None = None
     """Sample only until an interval is narrow enough."""

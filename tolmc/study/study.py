@@ -128,7 +128,7 @@ class Study:
 
         Parameters
         ----------
-        columns : mapping from names in mechanism.SCALARS to (n,) arrays, SI units
+        columns : mapping from names in quantities.SCALARS to (n,) arrays, SI units
 
         Returns
         -------

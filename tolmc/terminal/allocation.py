@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pandas as pd
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.allocation.allocate import GLANCE, AllocationResult, MotionYield
 from tolmc.terminal.tables import Grid
 
@@ -26,10 +26,10 @@ def _winner(result: AllocationResult, title: str) -> Grid:
         title=f"{title}: {'the cheapest tolerances' if result.is_met else 'tolerances tried last, NOT SHOWN TO SUFFICE'}",
     )  # fmt: skip
     for name, row in result.dimensions.iterrows():
-        unit, factor = units.shown(name)
+        unit, factor = quantities.shown(name)
         limits = (f"{row[key] * factor:.5f}" for key in ("lower", "upper"))
         grade = row["toleranced_size"] or row["grade"]
-        table.add_row(units.label(name), unit, grade, _width(name, row["width"]), *limits, f"{row['cost']:.4g}")
+        table.add_row(quantities.label(name), unit, grade, _width(name, row["width"]), *limits, f"{row['cost']:.4g}")
     return table
 
 
@@ -96,7 +96,7 @@ def _neighbours(result: AllocationResult) -> Grid:
     for _, row in result.neighbours.iterrows():
         name = row["dimension"]
         table.add_row(
-            units.label(name), _zone(name, row["from"]), _zone(name, row["to"]), _money(row["cost"], ".4g"),
+            quantities.label(name), _zone(name, row["from"]), _zone(name, row["to"]), _money(row["cost"], ".4g"),
             _money(row["cost_change"], "+.3g"), _percent(row["predicted_yield"]), f"{row['out_ppm']:.0f}",
         )  # fmt: skip
     return table
@@ -105,15 +105,16 @@ def _neighbours(result: AllocationResult) -> Grid:
 def _surrogate(result: AllocationResult) -> Grid:
     table = Grid("Output", "degree", "held-out error", "of its spread", title="Surrogate over the zones on offer")
     for name, row in result.surrogate.describe().iterrows():
-        unit, factor = units.shown(name)
+        unit, factor = quantities.shown(name)
         share = "–" if pd.isna(row["held_out_share"]) else f"{row['held_out_share']:.1e}"
-        table.add_row(units.label(name), f"{row['degree']:.0f}", f"{row['held_out_error'] * factor:.1e} {unit}", share)
+        table.add_row(
+            quantities.label(name), f"{row['degree']:.0f}", f"{row['held_out_error'] * factor:.1e} {unit}", share
+        )
     return table
 
 
 def _heading(name: str) -> str:
-    symbol = units.label(name).split()[-1]
-    return f"{symbol}, {units.shown(name)[0]}"
+    return f"{quantities.of(name).symbol}, {quantities.shown(name)[0]}"
 
 
 def _zone(name: str, value: str | float) -> str:
@@ -121,7 +122,7 @@ def _zone(name: str, value: str | float) -> str:
 
 
 def _width(name: str, width: float) -> str:
-    return f"{width * units.shown(name)[1]:.4g}"
+    return f"{width * quantities.shown(name)[1]:.4g}"
 
 
 def _money(cost: float, form: str) -> str:

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
 
-from tolmc import units
+from tolmc import quantities
 from tolmc.mechanism.circle_error import section_error_sentence
 from tolmc.text.numbers import NEGLIGIBLE, fixed, without_rounding_errors
 
@@ -79,7 +79,9 @@ def print_result(result, console: Console | None = None) -> None:
         console.print(unresolved_text(result.plan.unresolved), highlight=False)
     if not math.isnan(result.plan.pilot_error):
         console.print(budget_table(result.summary))
-    if study.scene.joint.section == "circle" and any(name.startswith("contact_force") for name in result.summary.index):
+    if study.scene.joint.section == "circle" and any(
+        quantities.of(name).kind == "force" for name in result.summary.index
+    ):
         sentence = section_error_sentence(study.scene.joint)
         console.print(f"\n[bold]Circle or exact section[/]: {sentence}", highlight=False)
     if result.directory is not None:
@@ -114,15 +116,15 @@ def summary_table(summary: pd.DataFrame) -> Grid:
         "Output", "mean", "sd", "0.135 %", "median", "99.865 %",
         title="Outputs with 95 % intervals (±, where it reaches the digits shown)",
     )  # fmt: skip
-    shown = summary[(summary["used"] > 0) & ~summary.index.isin(units.CHECKS)]
+    shown = summary[(summary["used"] > 0) & ~summary.index.isin(quantities.CHECKS)]
     estimates = [f"{key}{end}" for key in _ESTIMATES for end in ("", "_low", "_high")]
     for name, row in without_rounding_errors(shown, estimates).iterrows():
-        unit, factor = units.shown(name)
+        unit, factor = quantities.shown(name)
         estimates = (
             estimate_text(*(factor * row[f"{key}{end}"] for end in ("", "_low", "_high")), digits)
             for key, digits in _ESTIMATES.items()
         )
-        table.add_row(f"{units.label(name)}\n[dim]{unit}[/]", *estimates)
+        table.add_row(f"{quantities.label(name)}\n[dim]{unit}[/]", *estimates)
     return table
 
 
@@ -138,7 +140,7 @@ def requirement_table(requirements: pd.DataFrame) -> Grid:
         elif name == ANY_REQUIREMENT:
             label, limits = "Any requirement broken", ""
         else:
-            label, limits = units.label(name), _limits_text(name, row["minimum"], row["maximum"])
+            label, limits = quantities.label(name), _limits_text(name, row["minimum"], row["maximum"])
         least, most = share_text(row["share_least"]), share_text(row["share_most"])
         table.add_row(
             label,
@@ -151,7 +153,7 @@ def requirement_table(requirements: pd.DataFrame) -> Grid:
 
 
 def _limits_text(name: str, minimum: float, maximum: float) -> str:
-    unit, factor = units.shown(name)
+    unit, factor = quantities.shown(name)
     ends = [f"≥ {number_text(minimum * factor)}"] if not np.isnan(minimum) else []
     ends += [f"≤ {number_text(maximum * factor)}"] if not np.isnan(maximum) else []
     return f"{' and '.join(ends)} {unit}"
@@ -173,9 +175,9 @@ def budget_table(summary: pd.DataFrame) -> Grid:
     for name, row in error_budget(summary).iterrows():
         if np.isnan(row["integration"]):
             continue
-        unit, factor = units.shown(name)
+        unit, factor = quantities.shown(name)
         cells = (f"{row[key] * factor:.2g}".replace("inf", "open") for key in ("integration", "mean", "sd", "q99.865"))
-        table.add_row(units.label(name), unit, *cells)
+        table.add_row(quantities.label(name), unit, *cells)
     return table
 
 
@@ -197,7 +199,7 @@ def print_comparison(comparison: pd.DataFrame, console: Console | None = None) -
 def _difference_table(differences: pd.DataFrame, statistics: Mapping[str, str], *, title: str) -> Grid:
     table = Grid("Output", *statistics.values(), title=title)
     for output, row in differences[list(statistics)].iterrows():
-        table.add_row(units.label(output), *("–" if np.isnan(value) else f"{value:+.3g}" for value in row))
+        table.add_row(quantities.label(output), *("–" if np.isnan(value) else f"{value:+.3g}" for value in row))
     return table
 
 
@@ -215,7 +217,7 @@ def _share_difference_table(comparison: pd.DataFrame) -> Grid:
             if is_settled and statistic == "share_most":
                 continue
             label = {CONTACT_LOSS: "Contact lost", ANY_REQUIREMENT: "Any requirement broken"}.get(
-                output, f"{units.label(output)}, out"
+                output, f"{quantities.label(output)}, out"
             ) + ("" if is_settled else ends[statistic])
         else:
             continue
@@ -248,9 +250,9 @@ def _answers_table(stackup: pd.DataFrame) -> Grid:
         title="Worst case, root sum square (RSS), Monte Carlo (MC), accelerated; 95 % intervals (±); % of the spread",
     )  # fmt: skip
     for output in shown.index.get_level_values("output").unique():
-        unit, factor = units.shown(output)
+        unit, factor = quantities.shown(output)
         answers = shown.loc[output]
-        title = f"[bold]{units.label(output)}[/] ({unit})" if unit else f"[bold]{units.label(output)}[/]"
+        title = f"[bold]{quantities.label(output)}[/] ({unit})" if unit else f"[bold]{quantities.label(output)}[/]"
         table.add_row(title, "", "", "", _surrogate_text(answers.iloc[0]))
         for quantity, row in answers.iterrows():
             table.add_row(
@@ -269,7 +271,7 @@ def _yields_table(yields: pd.DataFrame) -> Grid:
     table = Grid("Requirement", "Monte Carlo", "accelerated", title="Yield, % of the parts, with 95 % intervals")
     for name, row in yields.iterrows():
         table.add_row(
-            units.label(name),
+            quantities.label(name),
             *(
                 f"{number_text(100 * row[kind])} [dim]({number_text(100 * row[f'{kind}_low'])} to "
                 f"{number_text(100 * row[f'{kind}_high'])})[/]"
@@ -312,7 +314,7 @@ def _answers_notes(stackup: pd.DataFrame) -> Iterator[str]:
     sentences: dict[str, list[str]] = {}
     for (output, quantity), verdict in limits.items():
         sentence = verdict.partition("; ")[2]
-        sentences.setdefault(sentence, []).append(f"{units.label(output)}, {quantity}")
+        sentences.setdefault(sentence, []).append(f"{quantities.label(output)}, {quantity}")
     limits_of_all = 2 * stackup.index.get_level_values("output").nunique()
     for sentence, places in sentences.items():
         where = "every limit" if len(places) == limits_of_all else "; ".join(places)
@@ -362,8 +364,8 @@ def print_sample(row: Mapping[str, object], console: Console | None = None) -> N
         if name == "status":
             table.add_row("Status", str(value), "")
         else:
-            unit, factor = units.shown(name)
-            table.add_row(units.label(name), number_text(value * factor), unit)
+            unit, factor = quantities.shown(name)
+            table.add_row(quantities.label(name), number_text(value * factor), unit)
     console.print(table)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from tolmc import units
+from tolmc import quantities
 
 #: A value below this share of the largest of its unit is a rounding error: of 16 digits a motion and the search for its
 #: extremes lose a few.
@@ -24,7 +24,9 @@ def without_rounding_errors(table: pd.DataFrame, columns: Sequence[str]) -> pd.D
     """
     values = table[list(columns)].to_numpy(float, copy=True)
     largest = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=1, initial=0.0)
-    unit = [units.SI.get(name, name) for name in table.index.get_level_values("output")]
+    unit = [
+        quantities.unit(name) if quantities.is_known(name) else name for name in table.index.get_level_values("output")
+    ]
     scale = pd.Series(largest).groupby(unit).transform("max").to_numpy()
     values[np.abs(values) < NEGLIGIBLE * scale[:, None]] = 0.0
     return table.assign(**dict(zip(columns, values.T, strict=True)))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tolmc.mechanism.checks import finite_number, set_frozen
-from tolmc.mechanism.scene import SCALARS
+from tolmc.quantities import SCALARS
 from tolmc.tolerances import fits
 from tolmc.tolerances import unit_cube as _sampling
 from tolmc.tolerances.correlation import Pairs, correlation_matrix, is_semidefinite, lower_factor, worst_pair
@@ -39,7 +39,7 @@ class Dimension:
     Parameters
     ----------
     name : str
-        One of :data:`tolmc.mechanism.scene.SCALARS`.
+        One of :data:`tolmc.quantities.SCALARS`.
     nominal : float
         Value of the nominal motion, and of every sample without a tolerance; may lie outside the limits.
     lower, upper : float, optional

@@ -1,0 +1,223 @@
+"""Every quantity that has a name, a row each: the scalars of a scene and the outputs of a sample.
+
+What study files may name, what tables call it, in which unit people read it, what a loss of contact leaves of it and where the
+kernels have it follows from its row. A new output joins by having one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a quantity measures: SI unit, words and an example for messages; the unit people read, and how many of it one is."""
+
+    unit: str
+    words: str
+    example: str | float
+    shown: str
+    factor: float = 1.0
+
+
+KINDS = {
+    "length": Kind("m", "a length", "20 mm", "mm", 1e3),
+    "mass": Kind("kg", "a mass", "0.5 kg", "kg"),
+    "time": Kind("s", "a time", "1 s", "s"),
+    "angle": Kind("rad", "an angle", "30 deg", "deg", 180.0 / math.pi),
+    "angular velocity": Kind("rad/s", "an angular velocity", "1500 rpm", "rad/s"),
+    "force": Kind("N", "a force", "12 N", "N"),
+    "torque": Kind("N m", "a torque", "0.2 N m", "N m"),
+    "acceleration": Kind("m/s^2", "an acceleration", "9.81 m/s^2", "m/s^2"),
+    "inertia": Kind("kg m^2", "a moment of inertia", "120 kg mm^2", "kg m^2"),
+    "speed": Kind("m/s", "a speed", "0.2 m/s", "m/s"),
+    "impulse": Kind("N s", "an impulse", "0.1 N s", "N s"),
+    "energy": Kind("J", "an energy", "0.2 J", "J"),
+    "power": Kind("W", "a power", "5 W", "W"),
+    "count": Kind("1", "a plain number", 1.0, ""),
+    "share": Kind("1", "a plain number", 1.0, "%", 100.0),
+    "error": Kind("1", "a plain number", 1.0, ""),  # relative
+    "component": Kind("1", "a plain number", 1.0, ""),  # of a unit vector
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named quantity.
+
+    ``kind`` is a name in :data:`KINDS`, ``label`` what tables call it, ``symbol`` the model's, ``row`` the kernels' name of the
+    row that holds it, ``group`` what it belongs to, ``within`` what a sentence calls it (the label when not given).
+    """
+
+    name: str
+    kind: str
+    label: str
+    symbol: str = ""
+    row: str = ""
+    group: str = ""
+    within: str = ""
+
+    @property
+    def phrase(self) -> str:
+        """The quantity within a sentence."""
+        return self.within or self.label[0].lower() + self.label[1:]
+
+
+@dataclass(frozen=True)
+class Scalar(Quantity):
+    """A number that describes a scene, and may carry a tolerance. Groups: "joint", "body", "loads", "start".
+
+    A component of a vector in x, y, z says which ``axis`` of which ``vector`` it is.
+    """
+
+    vector: str = ""
+    axis: str = ""
+
+
+#: ``Output.when`` of what is computed for those who name it alone.
+ON_REQUEST = "on request"
+
+
+@dataclass(frozen=True)
+class Output(Quantity):
+    """A number that a motion gives.
+
+    Groups: "geometry" follows from the dimensions without a motion; "statistics" are gathered along the motion from its
+    contact forces; "integration" watches the integration; "end" is the state at the end of the motion.
+
+    ``when``: what a scene must have for it to exist, a feature of the simulation or one of its options; "" always.
+    ``settled``: what of its value holds where contact is lost before the motion has ended: "at start" and "at loss" all of
+    it, "grows" that it is at least as large, "falls" at most as large, "at end" nothing.
+    ``event``: it is the time of something that need not happen, and NaN says that it did not.
+    """
+
+    when: str = ""
+    settled: str = "at end"
+    event: bool = False
+
+
+def _vector(name: str, kind: str, label: str, symbol: str, row: str, group: str) -> tuple[Scalar, ...]:
+    return tuple(
+        Scalar(f"{name}_{axis}", kind, f"{label} {axis}", f"{symbol}_{axis}", f"{row}_{axis.upper()}", group,
+               vector=name, axis=axis)
+        for axis in "xyz"
+    )  # fmt: skip
+
+
+#: In the order in which tables show them.
+SCALAR_ROWS = (
+    Scalar("bearing_radius", "length", "Bearing radius R*", "R*", "BEARING_RADIUS", "joint"),
+    Scalar("journal_radius", "length", "Journal radius r*", "r*", "JOURNAL_RADIUS", "joint"),
+    Scalar("half_length", "length", "Half length L", "L", "HALF_LENGTH", "joint"),
+    Scalar("mass", "mass", "Mass", "m", "MASS", "body"),
+    *_vector("center_of_mass", "length", "Center of mass", "r_C", "COM", "body"),
+    *(
+        Scalar(f"inertia_{axes}", "inertia", f"Inertia {axes}", f"J_{axes}", f"J_{axes.upper()}", "body")
+        for axes in ("xx", "yy", "zz", "xy", "xz", "yz")
+    ),
+    *_vector("gravity", "acceleration", "Gravity", "g", "GRAVITY", "loads"),
+    *_vector("force", "force", "Force", "F", "FORCE", "loads"),
+    *_vector("force_point", "length", "Force point", "r_F", "POINT", "loads"),
+    *_vector("torque", "torque", "Torque", "M", "TORQUE", "loads"),
+    Scalar("alpha", "angle", "Start angle α", "α", "ALPHA", "start"),
+    Scalar("beta", "angle", "Start angle β", "β", "BETA", "start"),
+    Scalar("alpha_rate", "angular velocity", "Start rate of α", "α̇", "ALPHA_RATE", "start"),
+    Scalar("beta_rate", "angular velocity", "Start rate of β", "β̇", "BETA_RATE", "start"),
+    Scalar("spin", "angle", "Start spin χ", "χ", "SPIN", "start"),
+    Scalar("spin_rate", "angular velocity", "Spin rate Ω", "Ω", "SPIN_RATE", "start"),
+)
+
+
+def _contact_force(end: str, statistic: str, word: str, settled: str = "at end") -> Output:
+    return Output(
+        f"contact_force_{end}_{statistic}", "force", f"Contact force N_{end}, {statistic}", f"N_{end}",
+        f"{end}_{statistic.upper()}", "statistics", f"{word} contact force N_{end}", settled=settled,
+    )  # fmt: skip
+
+
+#: In the order in which tables show them.
+OUTPUT_ROWS = (
+    Output("tilt_angle", "angle", "Tilt angle ψ", "ψ", group="geometry", settled="at start"),
+    Output("effective_radius", "length", "Effective radius r", "r", group="geometry", settled="at start"),
+    Output("approximate_radius", "length", "Approx. radius R* − r*", "R* − r*", group="geometry", settled="at start"),
+    *(
+        _contact_force(end, *statistic)
+        for end in "DE"
+        for statistic in (("max", "largest", "grows"), ("min", "smallest", "falls"), ("mean", "mean"), ("rms", "rms"))
+    ),
+    Output("tilt_max", "angle", "Largest tilt in motion", row="TILT_MAX", group="statistics", settled="grows"),
+    Output(
+        "contact_loss_time", "time", "Contact loss time", row="LOSS_TIME", group="statistics", settled="at loss", event=True
+    ),
+    Output("energy_error", "error", "Energy error", row="ENERGY_ERROR", group="integration"),
+    Output("constraint_error", "error", "Constraint error", row="CONSTRAINT_ERROR", group="integration"),
+    Output("momentum_error", "error", "Momentum error", row="MOMENTUM_ERROR", group="integration", when="momentum"),
+    Output("spin_error", "error", "Spin error", row="SPIN_ERROR", group="integration", when="spin"),
+    Output(
+        "energy_correction", "error", "Energy correction", row="ENERGY_CORRECTION", group="integration", when="project_energy"
+    ),
+    *(
+        Output(f"origin_{axis}_end", "length", f"Origin {axis} end", row=f"ORIGIN_{axis.upper()}", group="end",
+               when=ON_REQUEST)
+        for axis in "xy"
+    ),
+    *(
+        Output(f"axis_{axis}_end", "component", f"Axis {axis} end", row=f"AXIS_{axis.upper()}", group="end",
+               when=ON_REQUEST)
+        for axis in "xyz"
+    ),
+)  # fmt: skip
+
+_OTHERS = (Quantity("duration", "time", "Duration"), Quantity("status_time", "time", "Status time"))
+
+_ROWS = {row.name: row for row in (*SCALAR_ROWS, *OUTPUT_ROWS, *_OTHERS)}
+
+#: Every scalar of a scene that may vary from sample to sample.
+SCALARS = tuple(row.name for row in SCALAR_ROWS)
+#: Scalars of the joint, and of the start of the motion.
+JOINT, START = (tuple(row.name for row in SCALAR_ROWS if row.group == group) for group in ("joint", "start"))
+#: Every output that a study may name.
+OUTPUTS = tuple(row.name for row in OUTPUT_ROWS if row.when != ON_REQUEST)
+#: Those that every scene has.
+ALWAYS = tuple(row.name for row in OUTPUT_ROWS if not row.when)
+#: State at the end of the motion; computed only on request.
+END_OUTPUTS = tuple(row.name for row in OUTPUT_ROWS if row.group == "end")
+#: Those that need no motion.
+GEOMETRY = tuple(row.name for row in OUTPUT_ROWS if row.group == "geometry")
+#: Those that watch the integration.
+CHECKS = tuple(row.name for row in OUTPUT_ROWS if row.group == "integration")
+#: Those that every motion has and that say something of the joint: what drives them can be asked.
+RESPONSES = tuple(name for name in OUTPUTS if name not in CHECKS and not _ROWS[name].event)
+
+
+def of(name: str) -> Quantity:
+    """The row of the named quantity."""
+    return _ROWS[name]
+
+
+def is_known(name: str) -> bool:
+    """Whether a quantity has that name."""
+    return name in _ROWS
+
+
+def output(name: str) -> Output:
+    """The row of the named output; one of which nothing is known but the name, for any other column of samples."""
+    row = _ROWS.get(name)
+    return row if isinstance(row, Output) else Output(name, "component", label(name))
+
+
+def unit(name: str) -> str:
+    """SI unit of the named quantity."""
+    return KINDS[_ROWS[name].kind].unit
+
+
+def shown(name: str) -> tuple[str, float]:
+    """Unit in which the named quantity is shown to people, and its number in one SI unit."""
+    kind = KINDS[_ROWS[name].kind]
+    return kind.shown, kind.factor
+
+
+def label(name: str) -> str:
+    """What people call the named quantity; of any other name, its words."""
+    return _ROWS[name].label if name in _ROWS else name.replace("_", " ").capitalize()
