@@ -29,8 +29,7 @@ def test_a_row_is_complete(row):
 
 @pytest.mark.parametrize("row", OUTPUT_ROWS, ids=lambda row: row.name)
 def test_an_output_says_where_it_comes_from(row):
-    present = {"", ON_REQUEST, "project_energy", *(field.name for field in fields(Features))}
-    assert row.when in present
+    assert row.when in {"", ON_REQUEST, "slope", "project_energy", *(field.name for field in fields(Features))}
     assert row.settled in SETTLED
     assert row.group in ("geometry", "statistics", "integration", "end")
     assert bool(row.row) == (row.group != "geometry")

@@ -86,7 +86,8 @@ class Output(Quantity):
     Groups: "geometry" follows from the dimensions without a motion; "statistics" are gathered along the motion from its
     contact forces; "integration" watches the integration; "end" is the state at the end of the motion.
 
-    ``when``: what a scene must have for it to exist, a feature of the simulation or one of its options; "" always.
+    ``when``: what a scene must have for it to exist, a feature of the simulation or one of its options, "slope" the coordinates
+    that are not the paper's; "" always.
     ``settled``: what of its value holds where contact is lost before the motion has ended: "at start" and "at loss" all of
     it, "grows" that it is at least as large, "falls" at most as large, "at end" nothing.
     ``event``: it is the time of something that need not happen, and NaN says that it did not.

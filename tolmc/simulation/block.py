@@ -13,7 +13,7 @@ from tolmc.mechanism.scene import Scene
 from tolmc.simulation import results as R
 from tolmc.simulation.integration import integrate
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, judged
-from tolmc.simulation.outputs import ROWS, integrates, wants_forces
+from tolmc.simulation.outputs import ROWS, integrates, lacking, wants_forces
 from tolmc.simulation.packing import pack, scratch
 from tolmc.simulation.plan import Plan
 from tolmc.simulation.published import published_results
@@ -45,9 +45,10 @@ def block_columns(
             code[valid] = results[R.STATUS, valid]
             found["status_time"] = np.where(code != R.OK, results[R.END_TIME], np.nan)
             code = judged(code, results, raw, plan, forces)
+    without = {*ROWS} if results is None else lacking(plan)
     for name in outputs:
         if name in ROWS:
-            found[name] = np.full(n, np.nan) if results is None else results[ROWS[name]]
+            found[name] = np.full(n, np.nan) if name in without else results[ROWS[name]]
     return {name: found[name] for name in (*outputs, "status_time")} | {"status": code}
 
 
@@ -71,7 +72,7 @@ def _results(raw, valid, plan: Plan, forces: bool, duration: float, on_contact_l
         if plan.halving:
             finer = replace(plan, steps=2 * plan.steps)
             fine = integrate(inside, finer, forces, duration, on_contact_loss, project_energy)
-            part[R.HALVING_ERROR] = difference(part, fine, inside[P.RADIUS], forces)
+            part[R.HALVING_ERROR] = difference(part, fine, inside[P.RADIUS], plan, forces)
     else:
         part = published_results(inside, plan, forces, duration, on_contact_loss)
     if everything:

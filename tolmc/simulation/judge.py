@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from tolmc.kernels import parameters as P
-from tolmc.quantities import CHECKS, OUTPUT_ROWS
+from tolmc.quantities import CHECKS
 from tolmc.simulation import results as R
-from tolmc.simulation.outputs import ROWS
+from tolmc.simulation.outputs import ROWS, present
 from tolmc.simulation.plan import Plan
 
 # Codes of a sample's status; the first three are the kernels' own.
@@ -34,14 +34,7 @@ STATUSES = (
 )
 
 
-_STATISTICS = [output for output in OUTPUT_ROWS if output.group == "statistics"]
-# Rows of the statistics along a motion: those that every motion has, times of what need not happen, forces, angles.
-_NUMBERS = [ROWS[output.name] for output in _STATISTICS if not output.event]
-_EVENTS = [ROWS[output.name] for output in _STATISTICS if output.event]
-_FORCES, _ANGLES = ([ROWS[output.name] for output in _STATISTICS if output.kind == kind] for kind in ("force", "angle"))
-
-
-def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, forces: bool) -> np.ndarray:
+def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, plan: Plan, forces: bool) -> np.ndarray:
     """Relative difference of two results, a number a sample: end of the motion, energy, and forces if there are any."""
     end = slice(R.ORIGIN_X, R.ORIGIN_Y + 1)
     axis = slice(R.AXIS_X, R.AXIS_Z + 1)
@@ -53,9 +46,11 @@ def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, forces:
         same = coarse[R.STATUS] == fine[R.STATUS]
         scale = np.maximum(fine[R.D_MAX], fine[R.E_MAX])
         # Where one of the two loses contact and the other just not, their statistics do not measure the integration.
-        angle = np.abs(coarse[_ANGLES] - fine[_ANGLES]).max(axis=0)
+        statistics = present(plan, "statistics")
+        angles, loads = ([ROWS[row.name] for row in statistics if row.kind == kind] for kind in ("angle", "force"))
+        angle = np.abs(coarse[angles] - fine[angles]).max(axis=0)
         worst = np.maximum(worst, np.where(same, angle, 0.0))
-        force = np.abs(coarse[_FORCES] - fine[_FORCES]).max(axis=0)
+        force = np.abs(coarse[loads] - fine[loads]).max(axis=0)
         force = np.divide(force, scale, out=np.zeros_like(force), where=scale > 0)
         worst = np.where(same, np.maximum(worst, force), worst)
     return np.where(np.isfinite(worst), worst, np.inf)
@@ -68,15 +63,13 @@ def judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, f
     statistics that contradict each other or the joint by more than it.
     """
     code = code.copy()
-    features = plan.features
-    checks = [R.ENERGY_ERROR, R.CONSTRAINT_ERROR, R.ENERGY_CORRECTION]
-    checks += [R.MOMENTUM_ERROR] if features.momentum else []
-    checks += [R.SPIN_ERROR] if features.spin else []
-    checks += [R.HALVING_ERROR] if plan.halving else []
+    checks = [ROWS[row.name] for row in present(plan, "integration")] + ([R.HALVING_ERROR] if plan.halving else [])
+    statistics = present(plan, "statistics")
     worst = np.maximum.reduce([results[row] for row in checks])
     finite = np.isfinite(worst)
     if forces:
-        finite &= np.logical_and.reduce([np.isfinite(results[row]) for row in _NUMBERS])
+        numbers = [ROWS[row.name] for row in statistics if not row.event]
+        finite &= np.logical_and.reduce([np.isfinite(results[row]) for row in numbers])
         worst = np.maximum(worst, _contradiction(results, raw))
     good = finite & (worst <= plan.accuracy)
     if not good.all():
@@ -86,7 +79,7 @@ def judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, f
     # A motion that has left the numbers' range or the coordinates' domain has no statistics.
     without = (code == R.DIVERGED) | (code >= SINGULAR_PSI)
     if without.any():
-        results[np.ix_([*_NUMBERS, *_EVENTS], without)] = np.nan
+        results[np.ix_([ROWS[row.name] for row in statistics], without)] = np.nan
     return code
 
 

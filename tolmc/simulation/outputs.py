@@ -31,8 +31,31 @@ def wants_pose(outputs: Sequence[str] | None) -> bool:
 
 def scene_outputs(plan: Plan, project_energy: bool) -> tuple[str, ...]:
     """All outputs that a scene has, but for those on request."""
-    has = {**asdict(plan.features), "project_energy": project_energy, "": True, quantities.ON_REQUEST: False}
+    has = _has(plan, project_energy)
     return tuple(output.name for output in quantities.OUTPUT_ROWS if has[output.when])
+
+
+def present(plan: Plan, group: str) -> list[quantities.Output]:
+    """The outputs of a group for which a scene's kernels have numbers; other rows of the results hold nothing."""
+    has = _has(plan, project_energy=True)
+    return [output for output in quantities.OUTPUT_ROWS if output.group == group and has[output.when]]
+
+
+def lacking(plan: Plan) -> set[str]:
+    """Statistics that a scene does not have."""
+    has = _has(plan, project_energy=True)
+    return {row.name for row in quantities.OUTPUT_ROWS if row.group == "statistics" and not has[row.when]}
+
+
+def _has(plan: Plan, project_energy: bool) -> dict[str, bool]:
+    """What ``Output.when`` may name, and whether a scene has it."""
+    return {
+        "": True,
+        quantities.ON_REQUEST: False,
+        **asdict(plan.features),
+        "slope": plan.formulation == "slope",
+        "project_energy": project_energy,
+    }
 
 
 def checked_outputs(outputs: Sequence[str] | None) -> tuple[str, ...] | None:

@@ -73,7 +73,7 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy) 
     stalled, previous = np.zeros(raw.shape[1], int), np.full(raw.shape[1], np.inf)
     while True:
         fine = results(2 * steps)
-        errors = difference(coarse, fine, raw[P.RADIUS], forces)
+        errors = difference(coarse, fine, raw[P.RADIUS], draft, forces)
         error = float(errors.max())
         if error <= target:
             return replace(draft, steps=steps, pilot_error=error)

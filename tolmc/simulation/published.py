@@ -91,12 +91,12 @@ def published_results(raw, plan: Plan, forces: bool, duration: float, on_contact
         losses = [side.first_root() for side in sides]
         loss = np.nan if np.isnan(losses).all() else float(np.nanmin(losses))
         until = duration if np.isnan(loss) or on_contact_loss == "continue" else loss
-        for k, side in enumerate(sides):
+        for first, side in zip((R.D_MAX, R.E_MAX), sides, strict=True):
             mean = side.integral(until) / until if until > 0 else side.records[0]
             square = side.squared().integral(until) / until if until > 0 else side.records[0] ** 2
             # The polynomial through the squares of a coarse step may turn negative.
             rms = math.sqrt(max(square, 0.0))
-            out[4 * k : 4 * k + 4, i] = side.maximum(until), -side.negative().maximum(until), mean, rms
+            out[first : first + 4, i] = side.maximum(until), -side.negative().maximum(until), mean, rms
         out[R.TILT_MAX, i] = tilt.maximum(until if on_contact_loss == "end" else duration)
         out[R.LOSS_TIME, i] = loss
         if not np.isnan(loss):
