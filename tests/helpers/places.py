@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-_ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[2]
 
-HELPERS = _ROOT / "tests" / "helpers"
-DATA = _ROOT / "tests" / "data"
-STUDIES = _ROOT / "studies"
+HELPERS = ROOT / "tests" / "helpers"
+DATA = ROOT / "tests" / "data"
+STUDIES = ROOT / "studies"

@@ -7,16 +7,38 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
-from tolmc.allocation.allocate import AllocationResult, allocate
+from tolmc.allocation.allocate import AllocationResult
+from tolmc.allocation.allocate import allocate as allocate_tolerances
 from tolmc.allocation.offers import hull, offered_box
 from tolmc.allocation.study_table import read_plan
 from tolmc.analysis.surrogate import training_box
 from tolmc.commands.model import study_model
 from tolmc.pictures import plots
 from tolmc.study.file import load_study
-from tolmc.study.study import StudyError
+from tolmc.study.study import Study, StudyError
 from tolmc.terminal.allocation import allocation_tables
 from tolmc.terminal.tables import standard_output
+
+
+def allocate(study: Study | str | Path) -> AllocationResult:
+    """The cheapest tolerances, of those that the study's [allocation] offers, with which it meets its requirements.
+
+    Nothing is printed or written.
+
+    Raises
+    ------
+    InputError
+        When the study or its [allocation] cannot be used, or no choice has a predicted yield that could be shown.
+    """
+    study = study if isinstance(study, Study) else load_study(study)
+    plan = read_plan(study)
+    if not study.specification:
+        raise StudyError(f"{study.title}: [specification] is missing; an allocation needs limits to keep.")
+    box = hull(training_box(study.tolerances), offered_box(study.tolerances, plan.choices))
+    model = study_model(study, tuple(study.specification), box=box)
+    return allocate_tolerances(
+        study.tolerances, study.specification, plan, model, on_contact_loss=study.on_contact_loss
+    )
 
 
 def allocate_study(path: str | Path, *, out: str | Path | None = None) -> AllocationResult:
@@ -30,15 +52,10 @@ def allocate_study(path: str | Path, *, out: str | Path | None = None) -> Alloca
     Raises
     ------
     InputError
-        When the study or its [allocation] cannot be used, or no choice has a predicted yield that could be shown.
+        As :func:`allocate`.
     """
     study = load_study(path)
-    plan = read_plan(study)
-    if not study.specification:
-        raise StudyError(f"{path}: [specification] is missing; an allocation needs limits to keep.")
-    box = hull(training_box(study.tolerances), offered_box(study.tolerances, plan.choices))
-    model = study_model(study, tuple(study.specification), box=box)
-    result = allocate(study.tolerances, study.specification, plan, model, on_contact_loss=study.on_contact_loss)
+    result = allocate(study)
     console = standard_output()
     for table in allocation_tables(result, title=study.title):
         console.print(table)

@@ -6,11 +6,17 @@ R* cos(psi) - L sin(psi) - r* = 0; its axis then rests on circles of radius r = 
 
 from __future__ import annotations
 
+from typing import overload
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+
+_Array = NDArray[np.float64]
 
 
-def _checked(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike):
+def _checked(
+    bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike
+) -> tuple[_Array, _Array, _Array]:
     R, r, L = np.broadcast_arrays(
         np.asarray(bearing_radius, float), np.asarray(journal_radius, float), np.asarray(half_length, float)
     )
@@ -26,7 +32,7 @@ def _checked(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: 
     return R, r, L
 
 
-def _in_range(R, r, L):
+def _in_range(R: _Array, r: _Array, L: _Array) -> tuple[_Array, _Array, _Array, _Array | float]:
     """The lengths and the power of two that they were divided by: 1, unless their squares would leave a double's range."""
     largest = np.maximum(R, L)
     if largest.size == 0 or (largest.max() < 1e100 and min(r.min(), L.min()) > 1e-100):
@@ -35,14 +41,18 @@ def _in_range(R, r, L):
     return R / scale, r / scale, L / scale, scale
 
 
-def _half_tangent(R, r, L):
+def _half_tangent(R: _Array, r: _Array, L: _Array) -> _Array:
     # (R* + r*) t^2 + 2 L t - (R* - r*) = 0 with t = tan(psi/2): the root in this form cancels nothing, so it keeps
     # full relative precision at any clearance. hypot would not: (R* - r*)(R* + r*) is a difference of squares.
     clearance = R - r
     return clearance / (L + np.sqrt(L * L + clearance * (R + r)))
 
 
-def tilt_angle(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike):
+@overload
+def tilt_angle(bearing_radius: float, journal_radius: float, half_length: float) -> float: ...
+@overload
+def tilt_angle(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike) -> _Array: ...
+def tilt_angle(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike) -> float | _Array:
     """Largest tilt psi of the journal's axis that the clearance allows, equation (2).
 
     R* cos(psi) - L sin(psi) - r* = 0, solved by the half-angle form without cancellation.
@@ -66,7 +76,11 @@ def tilt_angle(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length
     return 2.0 * np.arctan(_half_tangent(R, r, L))
 
 
-def effective_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike):
+@overload
+def effective_radius(bearing_radius: float, journal_radius: float, half_length: float) -> float: ...
+@overload
+def effective_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike) -> _Array: ...
+def effective_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike) -> float | _Array:
     """Radius r = R* - r*/cos(psi) = L tan(psi) of the circles on which the axis rests, equation (3).
 
     Parameters, shapes and errors as in :func:`tilt_angle`; returns m.
@@ -77,7 +91,15 @@ def effective_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_
     return scale * (squares * L / (R * L + r * np.sqrt(L * L + squares)))
 
 
-def approximate_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike | None = None):
+@overload
+def approximate_radius(bearing_radius: float, journal_radius: float, half_length: float | None = None) -> float: ...
+@overload
+def approximate_radius(
+    bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike | None = None
+) -> _Array: ...
+def approximate_radius(
+    bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike | None = None
+) -> float | _Array:
     """The usual small-clearance value R* - r* in place of equation (3), m.
 
     ``half_length`` is accepted so that the three functions of this module take the same arguments; it plays no part.

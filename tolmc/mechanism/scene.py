@@ -5,17 +5,22 @@ Frozen dataclasses, validated once when they are made, so that everything downst
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tolmc.mechanism import geometry
 from tolmc.mechanism.checks import finite_number, finite_vector, set_frozen
 from tolmc.quantities import JOINT, SCALARS, START
 
 SECTIONS = ("circle", "exact")
+
+#: What may be given as a vector (x, y, z).
+Vector = Sequence[float] | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ class Joint:
         return float(geometry.approximate_radius(*self._dimensions))
 
 
-def _inertia(value) -> np.ndarray:
+def _inertia(value: ArrayLike) -> np.ndarray:
     try:
         inertia = np.array(value, float)
     except (TypeError, ValueError):
@@ -105,7 +110,13 @@ class Body:
 
     mass: float
     center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    inertia: np.ndarray = field(default=(1.0, 1.0, 1.0))
+    inertia: np.ndarray = field(default=cast(np.ndarray, (1.0, 1.0, 1.0)))
+
+    if TYPE_CHECKING:  # what may be given is more than what is kept
+
+        def __init__(
+            self, mass: float, center_of_mass: Vector = (0.0, 0.0, 0.0), inertia: ArrayLike = (1.0, 1.0, 1.0)
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         set_frozen(
@@ -124,7 +135,7 @@ class Body:
                 "bearing's middle plane: use Body.from_centroidal for moments about the centre of mass."
             )
 
-    def __eq__(self, other) -> bool:
+    def __eq__(self, other: object) -> bool:
         return (
             isinstance(other, Body)
             and (self.mass, self.center_of_mass) == (other.mass, other.center_of_mass)
@@ -152,7 +163,7 @@ class Body:
         )
 
     @classmethod
-    def from_centroidal(cls, mass, center_of_mass, inertia) -> Body:
+    def from_centroidal(cls, mass: float, center_of_mass: Vector, inertia: ArrayLike) -> Body:
         """Body from the inertia about its centre of mass (3 numbers or 3x3, kg m^2, body axes)."""
         c = np.asarray(finite_vector("Body", "center_of_mass", center_of_mass))
         m = finite_number("Body", "mass", mass, positive=True)
@@ -161,7 +172,9 @@ class Body:
         return cls(m, tuple(c), about_origin)
 
     @classmethod
-    def solid_cylinder(cls, mass, radius, length, center_of_mass=(0.0, 0.0, 0.0)) -> Body:
+    def solid_cylinder(
+        cls, mass: float, radius: float, length: float, center_of_mass: Vector = (0.0, 0.0, 0.0)
+    ) -> Body:
         """Homogeneous cylinder of the given mass (kg), radius and length (m) along the journal's axis."""
         m = finite_number("Body", "mass", mass, positive=True)
         a = finite_number("Body", "radius", radius, positive=True)
@@ -189,6 +202,16 @@ class Loads:
     force: tuple[float, float, float] | None = None
     force_point: tuple[float, float, float] | None = None
     torque: tuple[float, float, float] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            gravity: Vector = (0.0, 0.0, 0.0),
+            force: Vector | None = None,
+            force_point: Vector | None = None,
+            torque: Vector | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         set_frozen(self, gravity=finite_vector("Loads", "gravity", self.gravity))
@@ -273,10 +296,10 @@ class Scene:
             raise ValueError(f"Scene: unknown scalar {unknown[0]!r}; allowed: {', '.join(SCALARS)}.")
         s = {**self.scalars, **scalars}
 
-        def vector(name):
+        def vector(name: str) -> tuple[float, ...]:
             return tuple(s[f"{name}_{axis}"] for axis in "xyz")
 
-        def optional(name):
+        def optional(name: str) -> tuple[float, ...] | None:
             changed = any(f"{name}_{axis}" in scalars for axis in "xyz")
             return vector(name) if changed or getattr(self.loads, name) is not None else None
 

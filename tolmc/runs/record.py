@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from tolmc import __version__
 from tolmc.errors import InputError
 from tolmc.study.fields import short
 from tolmc.study.sections import MAX_SAMPLES
@@ -18,7 +19,7 @@ from tolmc.tolerances.unit_cube import SAMPLINGS
 
 #: Number of the layout above. Raise it when the layout changes, and teach :func:`read_record` the earlier one.
 FORMAT = 1
-_PACKAGES = ("tolmc", "numpy", "numba", "scipy", "pandas", "pyarrow")
+_PACKAGES = ("numpy", "numba", "scipy", "pandas", "pyarrow")
 
 
 class RunDirectoryError(InputError):
@@ -69,7 +70,7 @@ class _Record(_Recorded):
 
 def versions() -> dict[str, str]:
     """Versions of everything that takes part in a run's numbers."""
-    return {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}}
+    return {"python": platform.python_version(), "tolmc": __version__, **{name: version(name) for name in _PACKAGES}}
 
 
 def read_record(path: Path) -> dict:

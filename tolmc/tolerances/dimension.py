@@ -7,9 +7,11 @@ tolerance consumes no coordinate and stays exactly at its nominal value.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import index
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -65,8 +67,8 @@ class Dimension:
 
     name: str
     nominal: float
-    lower: float | None = None
-    upper: float | None = None
+    lower: float = cast(float, None)  # None: the nominal value, or the distribution's own limits, from __post_init__ on
+    upper: float = cast(float, None)
     distribution: Distribution = field(default_factory=Normal)
     lot_share: float | None = None
     lot_sd: float | None = None
@@ -251,6 +253,15 @@ class Tolerances:
     dimensions: tuple[Dimension, ...]
     correlation: Pairs | ArrayLike | None = None
     lot_size: int | None = None
+
+    if TYPE_CHECKING:  # any sequence may be given, a tuple is kept
+
+        def __init__(
+            self,
+            dimensions: Sequence[Dimension],
+            correlation: Pairs | ArrayLike | None = None,
+            lot_size: int | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         set_frozen(self, dimensions=tuple(self.dimensions))
