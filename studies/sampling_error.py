@@ -31,9 +31,9 @@ from matplotlib.figure import Figure
 from tolmc.analysis.corrected import corrected
 from tolmc.analysis.direct import plain, sobol
 from tolmc.analysis.importance import importance
+from tolmc.analysis.model import study_model
 from tolmc.analysis.questions import Answer, Question
 from tolmc.analysis.surrogate import Model
-from tolmc.commands.model import study_model
 from tolmc.study.file import load_study
 from tolmc.study.study import Study
 from tolmc.tolerances.draw import sample

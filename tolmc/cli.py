@@ -73,30 +73,13 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
         raise click.UsageError("--samples, --seed and --out are settled in a run that is resumed; leave them out.")
     if resume is None and study is None:
         raise click.UsageError("name the STUDY file to run, or a directory with --resume.")
-    from tolmc.runs import run as monte_carlo
-    from tolmc.study.file import load_study
-    from tolmc.terminal import tables
-    from tolmc.tolerances.interference import interference_note
+    from tolmc.commands.run import resume_run, run_study
 
+    options = {"workers": workers, "cluster": cluster, "compare": compare_section}
     if resume is not None:
-        result = monte_carlo.resume(resume, study=study, extend=extend or 0, workers=workers, cluster=cluster)
+        resume_run(resume, study=study, extend=extend or 0, **options)
     else:
-        loaded = load_study(study)
-        if note := interference_note(loaded.tolerances):
-            click.echo(f"Note: {note}", err=True)
-        out = out or monte_carlo.default_directory(study)
-        result = monte_carlo.run(loaded, samples=samples, seed=seed, workers=workers, out=out, cluster=cluster)
-    tables.print_result(result)
-    if result.sequential is not None:
-        click.echo(result.sequential.sentence())
-    if compare_section:
-        from tolmc.commands.compare_sections import compare_sections
-
-        comparison = compare_sections(result)
-        path = result.directory / "section_comparison.csv"
-        comparison.to_csv(path)
-        tables.print_comparison(comparison)
-        click.echo(f"Written: {path}")
+        run_study(study, samples=samples, seed=seed, out=out, **options)
 
 
 @main.command()
@@ -104,18 +87,9 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
 @click.option("--out", type=_FILE, help="Picture to write.  [default: <study name>.png]")
 def simulate(study, out) -> None:
     """Integrate the nominal motion of STUDY: a table and a picture."""
-    from tolmc.pictures import plots
-    from tolmc.runs.nominal import study_motion
-    from tolmc.study.file import load_study
-    from tolmc.terminal import tables
+    from tolmc.commands.motions import simulate_study
 
-    loaded = load_study(study)
-    trajectory = study_motion(loaded)
-    out = out or Path(f"{loaded.name}.png")
-    title = f"{loaded.title}: nominal motion"
-    plots.save(plots.draw_trajectory(trajectory, loaded.scene, title=title), out)
-    tables.print_trajectory(trajectory, loaded.scene, title=title)
-    click.echo(f"Written: {out}")
+    simulate_study(study, out=out)
 
 
 @main.command()
@@ -124,17 +98,9 @@ def simulate(study, out) -> None:
 @click.option("--out", type=_FILE, help="Picture to write.  [default: DIRECTORY/sample_I.png]")
 def replay(directory, sample, out) -> None:
     """Integrate one sample of the run in DIRECTORY again, with its full trajectory and a picture."""
-    from tolmc.pictures import plots
-    from tolmc.runs import run as monte_carlo
-    from tolmc.terminal import tables
+    from tolmc.commands.motions import replay_sample
 
-    loaded, scene, trajectory, row = monte_carlo.replay(directory, sample)
-    title = f"{loaded.title}: sample {sample}"
-    out = out or directory / f"sample_{sample}.png"
-    plots.save(plots.draw_trajectory(trajectory, scene, title=title), out)
-    tables.print_sample(row)
-    tables.print_trajectory(trajectory, scene, title=title)
-    click.echo(f"Written: {out}")
+    replay_sample(directory, sample, out=out)
 
 
 @main.command()
@@ -144,26 +110,18 @@ def answers(directory) -> None:
 
     Also writes them there, with Sobol' indices and one-at-a-time curves, for the report to show.
     """
-    from tolmc.commands.answers import write_answers
-    from tolmc.terminal import tables
+    from tolmc.commands.answers import answer_run
 
-    found = write_answers(directory)
-    if found.stackup is None:
-        click.echo("No answers beside the run's own: no dimension varies, or the formulation is not 'slope'.")
-    else:
-        tables.print_answers(found.stackup, found.yields, found.notes)
-        click.echo(f"Written: {directory} ({', '.join(found.files())})")
+    answer_run(directory)
 
 
 @main.command()
 @click.argument("directory", type=_FILE)
 def report(directory) -> None:
     """Write the run in DIRECTORY as one self-contained HTML file."""
-    from tolmc.commands.answers import write_answers
-    from tolmc.report.write import write_report
+    from tolmc.commands.report import report_run
 
-    write_answers(directory)
-    click.echo(f"Written: {write_report(directory)}")
+    report_run(directory)
 
 
 @main.command()

@@ -1,6 +1,6 @@
 from dataclasses import replace
 from io import StringIO
-from itertools import islice, product
+from itertools import product, takewhile
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,7 +21,9 @@ from tolmc.errors import InputError
 from tolmc.statistics.intervals import binomial_interval
 from tolmc.study.file import load_study
 from tolmc.study.study import StudyError
-from tolmc.terminal.allocation import allocation_tables
+from tolmc.tables.allocation import allocation_blocks
+from tolmc.tables.table import Note
+from tolmc.terminal.grid import show
 from tolmc.tolerances import fits
 from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Beta, Measured, Normal, Scipy, Triangular, Uniform
@@ -153,8 +155,8 @@ def with_status(status, y=None):
 def printed(result):
     """The winner and the verdict; the tables after them are of named outputs."""
     console = Console(record=True, width=400, file=StringIO())
-    for table in islice(allocation_tables(result, title="A study"), 2):
-        console.print(table)
+    blocks = allocation_blocks(result, title="A study")
+    show([next(blocks), *takewhile(lambda block: isinstance(block, Note), blocks)], console)
     return console.export_text()
 
 

@@ -12,7 +12,9 @@ from tolmc.commands.compare_sections import compare_sections
 from tolmc.errors import InputError
 from tolmc.runs.run import run
 from tolmc.study.file import load_study
-from tolmc.terminal import tables
+from tolmc.tables.sections import comparison_tables
+from tolmc.terminal.grid import show
+from tolmc.text import plain
 
 # Between the peaks of the two sections.
 LIMIT = ("4.5 N", "3.02 N")
@@ -21,7 +23,7 @@ EXACT = ("[loads]", '[model]\nsection = "exact"\n[loads]')
 
 def shown(comparison):
     console = Console(file=StringIO(), width=80)
-    tables.print_comparison(comparison, console)
+    show(comparison_tables(comparison), console)
     return console.file.getvalue()
 
 
@@ -68,7 +70,7 @@ def test_shares_that_failed_samples_leave_open_are_bounded(tmp_path):
     wide = ('nominal = "10 mm", tolerance = ["-0.03 mm", "0 mm"]', 'nominal = "19.95 mm", tolerance = "0.1 mm"')
     result = run(write(tmp_path, wide, *GEOMETRY), samples=500)
     text = shown(compare_sections(result))
-    failed = tables.share_text(result.statuses.loc["geometry invalid", "share"])
+    failed = plain.share(result.statuses.loc["geometry invalid", "share"])[0]
     assert f"Status geometry invalid {failed}" in " ".join(text.split())
     assert f"Tilt angle ψ, out, at most {failed}" in " ".join(text.split())
 

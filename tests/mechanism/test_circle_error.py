@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import SYMMETRIC, dimensions
 
-from tolmc.mechanism.circle_error import section_error_estimate, section_error_sentence
+from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.mechanism.scene import Joint
 from tolmc.simulation.ensemble import simulate_many
 from tolmc.simulation.trajectory import simulate
@@ -65,11 +65,3 @@ def test_nine_out_of_ten_force_peaks_stay_below_the_estimate():
     estimate = section_error_estimate(joint)["contact_force"]
     assert len(error) > 40
     assert error.quantile(0.8) < estimate < 10 * error.median()
-
-
-def test_the_sentence_names_position_tilt_and_contact_forces():
-    # The paper's joint: (1/cos(psi) - 1) r*/(R* - r*) = 9.72 %.
-    sentence = section_error_sentence(Joint(0.02, 0.01, 0.02))
-    assert "position by up to 9.72 %" in sentence and "tilt by up to 9.72 %" in sentence
-    assert "contact-force peaks by up to about 9.72 %" in sentence
-    assert "up to 0.000125 %" in section_error_sentence(Joint(0.01 * (1 + 1e-5), 0.01, 0.02))

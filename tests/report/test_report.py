@@ -5,7 +5,6 @@ import html
 import json
 import math
 import re
-from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -14,9 +13,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from hypothesis import given
-from hypothesis import strategies as st
 from places import STUDIES
+from read_numbers import numbers_in
 
 from tolmc import quantities
 from tolmc.analysis.linear import linearise
@@ -28,7 +26,7 @@ from tolmc.cli import main
 from tolmc.commands.answers import write_answers
 from tolmc.errors import InputError
 from tolmc.mechanism import geometry
-from tolmc.report import answer, tables, words
+from tolmc.report import answer
 from tolmc.report.write import write_report
 from tolmc.runs import directory as run_directory
 from tolmc.runs import run as monte_carlo
@@ -38,8 +36,7 @@ from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
 from tolmc.statistics.rows import Rows
 from tolmc.statistics.summary import summarise_requirements
-from tolmc.study.file import load_study
-from tolmc.tolerances.dimension import Dimension
+from tolmc.text import phrases, typeset
 
 JOINT = STUDIES / "paper_joint.toml"
 
@@ -147,15 +144,6 @@ def markdown_table(directory: Path, heading: str) -> pd.DataFrame:
     return pd.DataFrame(plain[2:], columns=plain[0])
 
 
-def numbers_in(text: str) -> list[float]:
-    found = re.findall(r"(−?[\d,]*\.?\d+)(?:·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?", text)
-    powers = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-    return [
-        float(number.replace("−", "-").replace(",", "")) * 10.0 ** int(power.translate(powers) or 0)
-        for number, power in found
-    ]
-
-
 class TestPage:
     def test_stands_alone(self, directory):
         page = page_of(directory)
@@ -225,7 +213,7 @@ class TestPage:
         text = text_of(page_of(directory))
         record = json.loads((directory / "run.json").read_text())
         assert f"{record['plan']['steps']} steps of rk8" in text
-        assert words.number(record["plan"]["pilot_error"], 2) in text
+        assert typeset.number(record["plan"]["pilot_error"], 2) in text
         assert "the journal left the wall in 0 samples, 0 % (0 % to" in text
         assert "Failed samples: none." in text
 
@@ -390,24 +378,6 @@ class TestOtherRuns:
         assert "computed from the scatter among the lots" in text
         assert "Interactions and correlation" in text
 
-    @pytest.mark.parametrize(
-        "fit", ["40 D9/d9", "40D9/d9", "⌀ 40 D9/d9", "40mm D9/d9", "40 mm D9 / d9", "Ø40mmD9/ d9", "40.0 D9/d9"]
-    )
-    def test_fits_read_alike_however_they_are_spaced(self, fit):
-        study = load_study(JOINT)
-        source = f'[dimensions]\nfit = "{fit}"\nhalf_length = {{ diameter = "30mm js7" }}'
-        classes = tables._tolerance_classes(replace(study, source=source))
-        assert classes == {"bearing_radius": "40 D9", "journal_radius": "40 d9", "half_length": "30 js7"}
-
-    def test_angular_velocities_are_told_in_the_rpm_of_the_study(self):
-        study = load_study(JOINT.with_name("horizontal_shaft.toml"))
-        cells = {cells[0].text: cells[1].plain for cells in tables.constants_table(study).rows}
-        assert cells["Spin rate Ω"] == "75.3982 rad/s (720 rpm)"
-        dimensions = (*study.tolerances.dimensions, Dimension.symmetric("spin_rate", 24 * math.pi, math.pi))
-        varied = replace(study, tolerances=replace(study.tolerances, dimensions=dimensions))
-        assert tables.dimensions_table(varied).rows[-1][3].detail == "690 to 750 rpm"
-        assert tables.dimensions_table(replace(varied, source=study.source.replace("rpm", ""))).rows[-1][3].detail == ""
-
     @pytest.mark.slow
     def test_a_lost_contact_is_not_good_enough(self, tmp_path):
         text = JOINT.read_text().replace("[0, -9.81, 0]", "[0, 9.81, 0]").replace('"1 s"', '"0.05 s"')
@@ -453,7 +423,7 @@ class TestOtherRuns:
         specification = {"tilt_max": {"max": 0.5}}
         shares = summarise_requirements(samples, specification=specification)
         row = capability(samples, specification=specification).iloc[0]
-        verdict = words.judged(Estimate(row["yield"], row["yield_low"], row["yield_high"]), 0.997)
+        verdict = phrases.judged(Estimate(row["yield"], row["yield_low"], row["yield_high"]), 0.997)
         told = answer._headline(verdict, shares.loc[ANY_REQUIREMENT], shares.loc[CONTACT_LOSS], 0.997)
         assert told == headline
 
@@ -466,7 +436,7 @@ class TestOtherRuns:
         statuses = pd.read_csv(directory / "tables" / "statuses.csv").set_index("status")
         assert 0 < statuses.at["contact lost", "count"] < 256
         text = text_of(page_of(directory))
-        share = words.share(*statuses.loc["contact lost", ["share", "share_low", "share_high"]])
+        share = typeset.share(*statuses.loc["contact lost", ["share", "share_low", "share_high"]])
         assert f"In {share[0]} of the samples ({share[1]}) the journal leaves the wall" in text
         assert (
             "Contact lost" in markdown_table(directory, "## Which tolerance matters").columns or "Contact lost" in text
@@ -527,7 +497,7 @@ class TestFurtherTables:
         write_report(directory)
         row = pd.read_csv(directory / "yields.csv").iloc[0]
         assert row["monte_carlo_low"] < row["accelerated"] < row["monte_carlo_high"]
-        value, interval = words.share(*row[["accelerated", "accelerated_low", "accelerated_high"]])
+        value, interval = typeset.share(*row[["accelerated", "accelerated_low", "accelerated_high"]])
         assert f"{value} {interval}" in text_of(page_of(directory))
 
     def test_the_accelerated_estimate_has_its_table(self, extended):
@@ -600,76 +570,3 @@ class TestErrors:
         assert done.exit_code == 0 and done.output == f"Written: {geometry_run / 'report.html'}\n"
         failed = CliRunner().invoke(main, ["report", str(tmp_path / "absent")])
         assert failed.exit_code == 2 and failed.output.startswith("Error: ") and "Traceback" not in failed.output
-
-
-class TestWords:
-    @pytest.mark.parametrize(
-        ("value", "digits", "text"),
-        [
-            (0.0, 5, "0"), (-9.81, 5, "−9.81"), (1e-8, 2, "1·10⁻⁸"), (33947.2, 3, "33,900"), (123456.0, 6, "123456"),
-            (2.5e12, 3, "2.5·10¹²"), (math.nan, 5, "–"), (-math.inf, 5, "−∞"), (0.1 + 0.2, 5, "0.3"),
-        ],
-    )  # fmt: skip
-    def test_number(self, value, digits, text):
-        assert words.number(value, digits) == text
-
-    @pytest.mark.parametrize(
-        ("estimate", "texts"),
-        [
-            ((24.3278, 24.3268, 24.3288), ("24.3278", "24.3268 to 24.3288")),
-            ((5.0, 4.0, 6.0), ("5.0", "4.0 to 6.0")),
-            ((33123.0, 32000.0, 34300.0), ("33,100", "32,000 to 34,300")),
-            ((1.2944, 1.2944 - 5e-7, 1.2944 + 5e-7), ("1.29440", "±5·10⁻⁷")),
-            ((2.0, -math.inf, 2.1), ("2.00", "up to 2.10")),
-            ((2.0, 1.9, math.inf), ("2.00", "from 1.90")),
-            ((2.0, -math.inf, math.inf), ("2", "open")),
-            ((2.0, 2.0, 2.0), ("2", "")),
-            ((0.0, 0.0, 0.00037), ("0", "0 to 0.00037")),
-            ((math.nan, 0.0, 1.0), ("–", "")),
-        ],
-    )
-    def test_estimate(self, estimate, texts):
-        assert words.estimate(*estimate) == texts
-
-    def test_share_has_exact_ends(self):
-        assert words.share(1.0, 0.9982, 1.0) == ("100 %", "99.82 % to 100 %")
-
-    @given(
-        st.floats(1e-6, 1e8).flatmap(
-            lambda v: st.tuples(
-                st.just(v), st.floats(1e-9, 0.5).map(lambda s: v * s), st.floats(1e-9, 0.5).map(lambda s: v * s)
-            )
-        )
-    )
-    def test_estimate_loses_less_than_its_interval_is_wide(self, numbers):
-        value, below, above = numbers
-        text, interval = words.estimate(value, value - below, value + above)
-        half = max(below, above)
-        assert numbers_in(text)[0] == pytest.approx(value, abs=max(0.06 * half, 5.1e-6 * value))
-        if "to" in interval:
-            assert numbers_in(interval) == pytest.approx(
-                [value - below, value + above], abs=max(0.06 * half, 5.1e-6 * value)
-            )
-
-    @pytest.mark.parametrize(
-        ("nominal", "lower", "upper", "texts"),
-        [
-            (20.0, 19.95, 20.05, ("±0.05",)), (10.0, 9.97, 10.0, ("0", "−0.03")), (40.0, 40.08, 40.142, ("+0.142", "+0.08")),
-            (5.0, 5.0, 5.0, ()),
-        ],
-    )  # fmt: skip
-    def test_deviations(self, nominal, lower, upper, texts):
-        assert words.deviations(nominal, lower, upper) == texts
-
-    @pytest.mark.parametrize(
-        ("low", "high", "text"),
-        [(19.95, 20.05, "19.95 to 20.05"), (-3.2999977, -2.7000023, "−3.3 to −2.7"), (100.0, 5000.0, "100 to 5000")],
-    )
-    def test_span(self, low, high, text):
-        assert words.span(low, high) == text
-
-    @pytest.mark.parametrize(
-        ("low", "high", "verdict"), [(0.9973, 1.0, "met"), (0.99, 0.9972, "not met"), (0.99, 0.9973, "not decided")]
-    )
-    def test_judged(self, low, high, verdict):
-        assert words.judged(Estimate(0.997, low, high), 0.9973) == verdict

@@ -11,13 +11,14 @@ from tolmc.allocation.allocate import AllocationResult
 from tolmc.allocation.allocate import allocate as allocate_tolerances
 from tolmc.allocation.offers import hull, offered_box
 from tolmc.allocation.study_table import read_plan
+from tolmc.analysis.model import study_model
 from tolmc.analysis.surrogate import training_box
-from tolmc.commands.model import study_model
+from tolmc.commands.written import written
 from tolmc.pictures import plots
 from tolmc.study.file import load_study
 from tolmc.study.study import Study, StudyError
-from tolmc.terminal.allocation import allocation_tables
-from tolmc.terminal.tables import standard_output
+from tolmc.tables.allocation import allocation_blocks
+from tolmc.terminal.grid import show
 
 
 def allocate(study: Study | str | Path) -> AllocationResult:
@@ -56,12 +57,9 @@ def allocate_study(path: str | Path, *, out: str | Path | None = None) -> Alloca
     """
     study = load_study(path)
     result = allocate(study)
-    console = standard_output()
-    for table in allocation_tables(result, title=study.title):
-        console.print(table)
+    show(allocation_blocks(result, title=study.title))
     directory = Path(out or Path("runs") / f"{study.name}_allocation")
-    files = write(result, directory, title=study.title)
-    console.print(f"Written: {directory} ({', '.join(files)})")
+    written(directory, write(result, directory, title=study.title))
     return result
 
 

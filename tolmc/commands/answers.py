@@ -1,101 +1,28 @@
-"""What a run says beyond its own samples: four answers side by side, and which tolerance matters.
-
-Worst case, root sum square, Monte Carlo and the accelerated estimate of every output; Sobol' indices; one-at-a-time curves.
-Together they take a few thousand motions of their own, next to nothing beside a run's samples.
-"""
+"""`tolmc answers`: the four answers of a finished run, side by side."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
 
-from tolmc import quantities
-from tolmc.analysis.accelerated import accelerated_summary, accelerated_yield
-from tolmc.analysis.linear import linearise
-from tolmc.analysis.one_at_a_time import one_at_a_time
-from tolmc.analysis.side_by_side import side_by_side
-from tolmc.analysis.sobol import sobol_indices
-from tolmc.analysis.surrogate import Model, MotionsFailed
-from tolmc.analysis.tail_search import TailNotReached
-from tolmc.analysis.worst_case import worst_case
-from tolmc.commands.model import study_model
+from tolmc.analysis.four_answers import Answers, four_answers
+from tolmc.commands.written import written
 from tolmc.errors import InputError
 from tolmc.runs import directory as run_directory
-from tolmc.statistics.outcomes import ALL_REQUIREMENTS, ANY_REQUIREMENT, without_value
-from tolmc.study.study import Study
-
-_INDEX_ROWS = 1024  # times the dimensions and two: intervals of a few percent
-
-
-@dataclass(frozen=True)
-class Answers:
-    """Tables of :func:`four_answers`; None where the study leaves nothing to say.
-
-    ``stackup``: :func:`tolmc.analysis.side_by_side.side_by_side`; ``sobol_indices``, ``one_at_a_time``:
-    :mod:`tolmc.analysis.from_samples`;
-    ``yields``: by Monte Carlo and accelerated, a row a requirement; ``notes``: what a reader of all of them must know.
-    """
-
-    stackup: pd.DataFrame | None = None
-    sobol_indices: pd.DataFrame | None = None
-    one_at_a_time: pd.DataFrame | None = None
-    yields: pd.DataFrame | None = None
-    notes: tuple[str, ...] = ()
-
-    def files(self) -> dict[str, pd.DataFrame]:
-        """File name -> table, for those there are."""
-        tables = {
-            "stackup.csv": self.stackup,
-            "sobol_indices.csv": self.sobol_indices,
-            "one_at_a_time.csv": self.one_at_a_time,
-            "yields.csv": self.yields,
-        }
-        return {name: table for name, table in tables.items() if table is not None}
-
-
-def four_answers(study: Study, summary: pd.DataFrame, requirements: pd.DataFrame) -> Answers:
-    """The answers for every output of ``summary`` (:func:`tolmc.statistics.summary.summarise` of the study's run).
-
-    ``requirements`` are from :func:`tolmc.statistics.summary.summarise_requirements`.
-
-    Correlated dimensions have no Sobol' indices. Where motions fail there is no accelerated estimate, and the table says why.
-    """
-    outputs = [name for name in summary.index if name in quantities.RESPONSES]
-    tolerances = study.tolerances
-    # The paper's own coordinates are integrated one motion after the other, for comparison.
-    if not outputs or not tolerances.varied or study.formulation != "slope":
-        return Answers()
-    model = study_model(study, outputs)
-    accelerated, missing = _accelerated(model, study, outputs)
-    yields, unknown = _yields(model, study, requirements)
-    return Answers(
-        stackup=side_by_side(
-            worst_case(model, tolerances, outputs=outputs, interior=True),
-            linearise(model, tolerances, outputs=outputs).root_sum_square(),
-            summary.loc[outputs],
-            accelerated=accelerated,
-            missing=missing,
-        ),
-        sobol_indices=None
-        if tolerances.correlation is not None
-        else sobol_indices(model, tolerances, outputs=outputs, count=_INDEX_ROWS, seed=study.seed),
-        one_at_a_time=one_at_a_time(model, tolerances, outputs=outputs),
-        yields=yields,
-        notes=(*_notes(study, summary), *([f"No accelerated yield: {unknown}"] if unknown else [])),
-    )
-
-
-def _notes(study: Study, summary: pd.DataFrame) -> Iterator[str]:
-    lost = summary["contact_loss"].max()
-    if lost > 0 and study.on_contact_loss == "stop":
-        yield f"In {100 * lost:.3g} % of the samples contact is lost: outputs of the motion hold up to that instant."
+from tolmc.tables.stackup import answers_blocks
+from tolmc.tables.table import Note
+from tolmc.terminal.grid import show
 
 
 def write_answers(directory: str | Path) -> Answers:
-    """The answers of the finished run in ``directory``, written there as CSV files for the report to show."""
+    """The answers of the finished run in ``directory``, written there as CSV files for the report to show.
+
+    Raises
+    ------
+    InputError
+        When the run is not finished.
+    """
     opened = run_directory.read(directory)
     summary = opened.path / "summary.csv"
     if not opened.is_complete or not summary.exists():
@@ -107,37 +34,11 @@ def write_answers(directory: str | Path) -> Answers:
     return answers
 
 
-def _accelerated(model, study: Study, outputs: Sequence[str]) -> tuple[pd.DataFrame | None, str]:
-    """The accelerated estimate, or why there is none."""
-    try:
-        return accelerated_summary(model, study.tolerances, outputs, seed=study.seed), ""
-    except (MotionsFailed, TailNotReached) as error:
-        return None, str(error)
-
-
-def _yields(model: Model, study: Study, requirements: pd.DataFrame) -> tuple[pd.DataFrame | None, str]:
-    """Yield by Monte Carlo and accelerated, or why the second is not known; None without a requirement."""
-    specification = study.specification
-    if not specification:
-        return None, ""
-    for name in specification:
-        if quantities.output(name).event:
-            return None, f"{name} is missing where that never happens, so that no surrogate follows it"
-    judged = {"specification": specification, "on_contact_loss": study.on_contact_loss}
-
-    def known(inputs: pd.DataFrame) -> pd.DataFrame:
-        found = model(inputs)
-        return found.assign(**{name: found[name].mask(without_value(found, name, **judged)) for name in specification})
-
-    try:
-        accelerated = accelerated_yield(known, study.tolerances, specification, seed=study.seed)
-    except MotionsFailed as error:
-        return None, f"{error} (Motions that lose contact count as failed here.)"
-    counted = requirements.rename(index={ANY_REQUIREMENT: ALL_REQUIREMENTS}).loc[accelerated.index]
-    monte_carlo = {
-        "monte_carlo": 1 - counted["share_most"],
-        "monte_carlo_low": 1 - counted["share_most_high"],
-        "monte_carlo_high": 1 - counted["share_least_low"],
-    }
-    names = {old: old.replace("yield", "accelerated") for old in accelerated}
-    return pd.DataFrame(monte_carlo).join(accelerated.rename(columns=names)), ""
+def answer_run(directory: Path) -> None:
+    """Print and write the answers of the run in ``directory``."""
+    answers = write_answers(directory)
+    if answers.stackup is None:
+        show([Note("No answers beside the run's own: no dimension varies, or the formulation is not 'slope'.")])
+        return
+    show(answers_blocks(answers))
+    written(directory, answers.files())

@@ -8,14 +8,26 @@ import numpy as np
 import pandas as pd
 
 from tolmc import quantities
+from tolmc.commands.written import written
 from tolmc.errors import InputError
 from tolmc.mechanism.scene import SECTIONS
 from tolmc.runs.run import StudyResult, run
 from tolmc.statistics.summary import QUANTILES
+from tolmc.tables.sections import comparison_tables
+from tolmc.terminal.grid import show
 
 _STATISTICS = ("mean", "sd", "min", *QUANTILES, "max")
 _SHARES = ("share_least", "share_most")
 _NOT_COMPARED = {*quantities.GEOMETRY, *quantities.CHECKS}
+
+
+def compare_run(result: StudyResult) -> None:
+    """Compare the sections on the samples of a run, write section_comparison.csv beside them and print the tables."""
+    comparison = compare_sections(result)
+    path = result.directory / "section_comparison.csv"
+    comparison.to_csv(path)
+    show(comparison_tables(comparison))
+    written(path)
 
 
 def compare_sections(result: StudyResult) -> pd.DataFrame:

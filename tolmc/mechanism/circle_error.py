@@ -45,13 +45,3 @@ def section_error_estimate(joint: Joint) -> dict[str, float]:
     rise = 2.0 * math.sin(0.5 * psi) ** 2 / math.cos(psi)
     position = joint.journal_radius * rise / joint.approximate_radius
     return {"position": position, "tilt": position, "contact_force": CONTACT_FORCE_SHARE * position}
-
-
-def section_error_sentence(joint: Joint) -> str:
-    """What :func:`section_error_estimate` says of a joint, for the summary of a run with the circle."""
-    share = {name: f"{100 * error:.3g} %" for name, error in section_error_estimate(joint).items()}
-    return (
-        f"on this joint the circle of constant radius misstates the axis's position by up to {share['position']}, the tilt by "
-        f"up to {share['tilt']}, and contact-force peaks by up to about {share['contact_force']} in nine motions of ten; "
-        "--compare-section measures it."
-    )

@@ -10,15 +10,13 @@ import pandas as pd
 from tolmc import quantities
 from tolmc.analysis.from_samples import INTERACTIONS, contributions
 from tolmc.mechanism.circle_error import section_error_estimate
-from tolmc.report import words
 from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
 from tolmc.study.study import Study
+from tolmc.text import phrases, typeset
 
 #: Relative error of the contact forces by the model of the section from which on the answer warns of it.
 NOTEWORTHY = 0.01
-
-_TONES = {words.MET: "good", words.BROKEN: "bad", words.OPEN: "open"}
 
 
 @dataclass(frozen=True)
@@ -32,11 +30,11 @@ class Answer:
 
 def question(study: Study) -> str:
     """What the study asks."""
-    names = [words.phrase(dimension.name) for dimension in study.tolerances.varied]
-    varied = f"the limits of {words.joined(names)}" if names else "the nominal dimensions"
+    names = [phrases.phrase(dimension.name) for dimension in study.tolerances.varied]
+    varied = f"the limits of {phrases.joined(names)}" if names else "the nominal dimensions"
     if not study.specification:
         return f"What do parts made to {varied} do to tilt and contact forces?"
-    kept = words.joined(words.requirement(name, limits) for name, limits in study.specification.items())
+    kept = phrases.joined(phrases.requirement(name, limits) for name, limits in study.specification.items())
     return f"Do parts made to {varied} keep {kept}?"
 
 
@@ -76,10 +74,10 @@ def answer(
         return Answer("", "The study sets no requirement: see the outputs below.", tuple(sentences))
     row = capability.iloc[-1]
     found = Estimate(row["yield"], row["yield_low"], row["yield_high"])
-    verdict = words.judged(found, target)
+    verdict = phrases.judged(found, target)
     together = shares.loc[ANY_REQUIREMENT]
     return Answer(
-        _TONES[verdict],
+        phrases.TONES[verdict],
         _headline(verdict, together, shares.loc[CONTACT_LOSS], target),
         (_yield(study, found, together, target), *sentences),
     )
@@ -87,27 +85,27 @@ def answer(
 
 def _headline(verdict: str, together: pd.Series, lost: pd.Series, target: float) -> str:
     """The verdict, never without the share of the samples that lost contact."""
-    left = f"in {words.share_of(lost['out'], lost['samples'])} of the samples the journal leaves the wall"
-    if verdict == words.MET:
+    left = f"in {typeset.share_of(lost['out'], lost['samples'])} of the samples the journal leaves the wall"
+    if verdict == phrases.MET:
         return f"Yes, the tolerances are good enough{f', though {left}' if lost['out'] else ''}."
-    if verdict == words.BROKEN:
+    if verdict == phrases.BROKEN:
         return f"No, the tolerances are not good enough{f'; {left}' if lost['out'] else ''}."
     if not 1 - together["share_most"] < target <= 1 - together["share_least"]:
         return f"Not decided: more samples are needed{f'; {left}' if lost['out'] else ''}."
     # What is not known decides, however many samples there are.
     reasons = [f"{left}, and what follows is not known"] if together["unknown"] > lost["unknown"] else []
     if lost["unknown"]:
-        reasons.append(f"{words.share_of(lost['unknown'], lost['samples'])} of the samples could not be computed")
+        reasons.append(f"{typeset.share_of(lost['unknown'], lost['samples'])} of the samples could not be computed")
     return f"Not decided: {'; '.join(reasons)}."
 
 
 def _yield(study: Study, found: Estimate, together: pd.Series, target: float) -> str:
-    value, interval = words.share(*found)
+    value, interval = typeset.share(*found)
     what = "every requirement" if len(study.specification) > 1 else "the requirement"
     asked = f"(95 % interval {interval}); {100 * target:.6g} % are asked for."
     if not together["unknown"]:
         return f"{value} of the parts meet {what} {asked}"
-    least, most = (words.share_of(row, together["samples"]) for row in _bounds(together))
+    least, most = (typeset.share_of(row, together["samples"]) for row in _bounds(together))
     return f"At least {least} and at most {most} of the samples meet {what} {asked}"
 
 
@@ -125,13 +123,13 @@ def _influence(study: Study, shares: pd.DataFrame, percent: pd.DataFrame) -> Ite
         first, of_variance = percent.loc[worst].idxmax(), percent.loc[worst].max()
         broken = ", the requirement broken most often" if len(requirements) > 1 and shares.loc[worst, "out"] else ""
         yield (
-            f"The {words.phrase(first)} matters most: it makes {of_variance:.0f} % of the variance of the "
-            f"{words.phrase(worst)}{broken}."
+            f"The {phrases.phrase(first)} matters most: it makes {of_variance:.0f} % of the variance of the "
+            f"{phrases.phrase(worst)}{broken}."
         )
     elif len(percent):
         counts = percent.idxmax(axis=1).value_counts()
         yield (
-            f"The {words.phrase(counts.index[0])} matters most: it is the main source of variance of {counts.iloc[0]} of "
+            f"The {phrases.phrase(counts.index[0])} matters most: it is the main source of variance of {counts.iloc[0]} of "
             f"{len(percent)} outputs."
         )
 
@@ -140,18 +138,18 @@ def _origin(study: Study, sources: pd.DataFrame) -> Iterator[str]:
     """Where the samples lie that break a requirement."""
     event = ANY_REQUIREMENT if len(study.specification) > 1 else next(iter(study.specification))
     strongest = sources.loc[event].iloc[0]
-    if strongest["where"] in words.PLACES:
-        place = words.PLACES[strongest["where"]].format(share=f"{100 * strongest['share']:.0f} %")
-        yield f"Of the parts that break a requirement, {place} of the {words.phrase(strongest.name)}."
+    if strongest["where"] in phrases.PLACES:
+        place = phrases.place(strongest["where"], strongest["share"])
+        yield f"Of the parts that break a requirement, {place} of the {phrases.phrase(strongest.name)}."
 
 
 def _contact(shares: pd.DataFrame, is_watched: bool, on_contact_loss: str) -> Iterator[str]:
     row = shares.loc[CONTACT_LOSS]
-    value, interval = words.share(*(row[f"share_least{end}"] for end in ("", "_low", "_high")))
+    value, interval = typeset.share(*(row[f"share_least{end}"] for end in ("", "_low", "_high")))
     if row["out"]:
         yield (
             f"In {value} of the samples ({interval}) the journal leaves the wall during the motion; "
-            f"{words.AFTER_LOSS[on_contact_loss]}."
+            f"{phrases.AFTER_LOSS[on_contact_loss]}."
         )
     elif is_watched:
         yield "In no sample does the journal leave the wall."
@@ -170,7 +168,7 @@ def _model_error(study: Study) -> Iterator[str]:
     ):
         yield (
             f"With a clearance this large the circle of constant radius may itself misstate the contact forces by "
-            f'{words.number(100 * error, 2)} %: confirm with section = "exact".'
+            f'{typeset.number(100 * error, 2)} %: confirm with section = "exact".'
         )
 
 

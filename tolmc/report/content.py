@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +14,7 @@ from tolmc import quantities, units
 from tolmc.analysis.failure_sources import failure_sources
 from tolmc.analysis.from_samples import first_order, rank_correlation
 from tolmc.errors import InputError
-from tolmc.report import notes, tables, words
+from tolmc.report import notes
 from tolmc.report.answer import Answer, answer, question
 from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
 from tolmc.runs.directory import RunDirectory
@@ -26,6 +27,13 @@ from tolmc.statistics.outcomes import without_value
 from tolmc.statistics.summary import count_statuses, summarise_requirements
 from tolmc.statistics.tolerance_intervals import tolerance_interval
 from tolmc.study.study import Study
+from tolmc.tables.dimensions import constants_table, dimensions_table
+from tolmc.tables.influence import contributions_table, failures_table, indices_table
+from tolmc.tables.outputs import budget_table, outputs_table, statuses_table
+from tolmc.tables.requirements import capability_table, requirements_table
+from tolmc.tables.stackup import accelerated_table, stackup_table
+from tolmc.tables.table import Table
+from tolmc.text import phrases
 
 #: Yield that requirements are judged by where the study asks for none: what lies within +-3 sigma of a normal output.
 TARGET_YIELD = 0.9973
@@ -56,7 +64,7 @@ TABLES = {
 
 
 def report_content(run: RunDirectory) -> dict:
-    """Names and values for the templates; ``tables`` is {name: :class:`tolmc.report.tables.Table`}."""
+    """Names and values for the templates; ``tables`` is a list of :class:`tolmc.tables.table.Table`."""
     content, study, record = _Content(run), run.study(), run.record
     pictures = _pictures(run.path)
     return {
@@ -64,7 +72,7 @@ def report_content(run: RunDirectory) -> dict:
         "study": study,
         "record": record,
         "finished": record["finished"][:10],
-        "sampling": words.SAMPLINGS[study.sampling],
+        "sampling": phrases.SAMPLINGS[study.sampling],
         "question": question(study),
         "answer": content.answer(),
         "tables": content.tables(),
@@ -197,26 +205,30 @@ class _Content:
         seen = {"is_watched": self.watches_contact, "on_contact_loss": self.study.on_contact_loss}
         return [*sentences, *notes.of_contact(self.shares, **seen)]
 
-    def tables(self) -> dict[str, tables.Table]:
+    def tables(self) -> list[Table]:
         """Those that have something to say."""
-        found = [tables.dimensions_table(self.study), tables.constants_table(self.study)]
+        return [table for table in self._tables() if table]
+
+    def _tables(self) -> Iterator[Table]:
+        yield dimensions_table(self.study)
+        yield constants_table(self.study)
         if self.study.specification:
-            yields = self._table("yields.csv")
-            found.append(tables.requirements_table(self.study, self.shares, self.capability, self.target, yields))
-            found.append(tables.capability_table(self.capability, self._tolerance_intervals()))
+            yield requirements_table(self.study, self.shares, self.capability, self.target, self._table("yields.csv"))
+            yield capability_table(self.capability, self._tolerance_intervals())
         if self.inputs:
             directions = rank_correlation(self.examined, **self._of_examined)
             are_correlated = self.study.tolerances.correlation is not None
-            found.append(tables.contributions_table(self.indices, directions, are_correlated=are_correlated))
-            found.append(tables.failures_table(self.failure_sources, self.inputs))
+            yield contributions_table(self.indices, directions, are_correlated=are_correlated)
+            yield failures_table(self.failure_sources, self.inputs)
         if self.summary is not None:
-            found += [tables.outputs_table(self.summary), tables.budget_table(self.summary)]
-        found.append(tables.statuses_table(count_statuses(self.samples, **self.drawn, **self.level)))
+            yield outputs_table(self.summary)
+            yield budget_table(self.summary)
+        yield statuses_table(count_statuses(self.samples, **self.drawn, **self.level))
         if (stackup := self._table("stackup.csv")) is not None:
-            found += [tables.stackup_table(stackup), tables.accelerated_table(stackup)]
+            yield stackup_table(stackup)
+            yield accelerated_table(stackup)
         if (indices := self._table("sobol_indices.csv")) is not None:
-            found.append(tables.indices_table(indices, self.foremost))
-        return {table.name: table for table in found if table}
+            yield indices_table(indices, self.foremost)
 
     def _tolerance_intervals(self) -> dict[str, Estimate]:
         return {

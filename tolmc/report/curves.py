@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from tolmc import quantities
-from tolmc.report import words
 from tolmc.statistics.outcomes import Specification
+from tolmc.text import phrases, typeset
 
 WIDTH, HEIGHT = 200, 110
 
@@ -44,7 +44,7 @@ def _row(curves: pd.DataFrame, output: str, limits: Iterable[float]) -> Iterable
     low, high = _span(values[np.isfinite(values)], limits)
 
     factor = quantities.shown(output)[1]
-    bottom, top = words.span(low * factor, high * factor, 3).split(" to ")
+    bottom, top = typeset.span(low * factor, high * factor, 3).split(" to ")
 
     def heights(y):
         return HEIGHT * (high - np.asarray(y, float)) / (high - low)
@@ -56,12 +56,12 @@ def _row(curves: pd.DataFrame, output: str, limits: Iterable[float]) -> Iterable
         x = curve["value"].to_numpy(float)
         across = WIDTH * (x - x[0]) / (x[-1] - x[0])
         yield Panel(
-            output=f"{quantities.label(output)} ({words.unit(output)})",
+            output=f"{quantities.label(output)} ({phrases.unit(output)})",
             dimension=quantities.label(dimension),
             points=" ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, heights(curve[output]), strict=True)),
             limits=tuple(round(float(h), 1) for h in heights(list(limits)) if 0 <= h <= HEIGHT),
-            left=words.quantity(dimension, x[0]),
-            right=words.quantity(dimension, x[-1]),
+            left=phrases.quantity(dimension, x[0]),
+            right=phrases.quantity(dimension, x[-1]),
             bottom=bottom,
             top=top,
         )

@@ -11,11 +11,11 @@ import pandas as pd
 from tolmc import quantities
 from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.mechanism.scene import Joint
-from tolmc.report import words
 from tolmc.statistics.looks import Looks
 from tolmc.statistics.outcomes import CONTACT_LOSS
 from tolmc.statistics.summary import error_budget
 from tolmc.study.study import Study
+from tolmc.text import phrases, typeset
 
 _SCATTER = {
     "sobol": "from the scatter among 16 independent scramblings of the Sobol' sequence",
@@ -37,19 +37,19 @@ def relations(study: Study) -> str:
     if tolerances.correlation is not None:
         matrix = np.array(tolerances.correlation)
         pairs = [
-            f"{quantities.label(tolerances.names[i])} and {quantities.label(tolerances.names[j])}: {words.number(matrix[i, j])}"
+            f"{quantities.label(tolerances.names[i])} and {quantities.label(tolerances.names[j])}: {typeset.number(matrix[i, j])}"
             for i, j in zip(*np.nonzero(np.triu(matrix, 1)), strict=True)
         ]
         if pairs:
             sentences.append(f"Correlation of {'; '.join(pairs)}.")
     shares = [
-        f"{quantities.label(dimension.name)} {words.number(100 * dimension.between_lots, 3)} %"
+        f"{quantities.label(dimension.name)} {typeset.number(100 * dimension.between_lots, 3)} %"
         for dimension in tolerances.varied
         if dimension.between_lots
     ]
     if shares:
         sentences.append(
-            f"Parts come in lots of {tolerances.lot_size}; share of the variance between lots: {words.joined(shares)}."
+            f"Parts come in lots of {tolerances.lot_size}; share of the variance between lots: {phrases.joined(shares)}."
         )
     return " ".join(sentences)
 
@@ -76,9 +76,9 @@ def of_looks(looks: Looks, stopped_at: int | None) -> str:
 def of_contact(shares: pd.DataFrame, *, is_watched: bool, on_contact_loss: str) -> list[str]:
     """How many samples lost contact, and how many failed."""
     lost = shares.loc[CONTACT_LOSS]
-    value, interval = words.share(*(lost[f"share_least{end}"] for end in ("", "_low", "_high")))
+    value, interval = typeset.share(*(lost[f"share_least{end}"] for end in ("", "_low", "_high")))
     seen = f"Contact: the journal left the wall in {lost['out']:,.0f} samples, {value} ({interval})"
-    seen += f"; {words.AFTER_LOSS[on_contact_loss]}." if lost["out"] else "."
+    seen += f"; {phrases.AFTER_LOSS[on_contact_loss]}." if lost["out"] else "."
     failed = (
         f"Failed samples: {lost['unknown']:,.0f} have no numbers. Yields count them as out, and the intervals reach to where "
         "they are in."
@@ -88,7 +88,7 @@ def of_contact(shares: pd.DataFrame, *, is_watched: bool, on_contact_loss: str) 
 
 def of_integration(plan: Mapping, summary: pd.DataFrame) -> str:
     """How the motions were integrated, and how large the error of that is against the sampling error."""
-    if set(summary.index) <= set(quantities.GEOMETRY):
+    if set(summary.index) <= set(quantities.OUTPUTS[:3]):
         return "Integration: none; the outputs follow from the dimensions alone."
     sentences = [
         f"Integration: {plan['steps']:,} steps of {plan['method']} ({plan['formulation']} form) for each motion.",
@@ -96,16 +96,16 @@ def of_integration(plan: Mapping, summary: pd.DataFrame) -> str:
     ]
     errors = summary.loc[summary.index.isin(quantities.CHECKS) & (summary["used"] > 0), "max"]
     if len(errors):
-        found = words.joined(f"{words.phrase(name)} {words.number(value, 2)}" for name, value in errors.items())
+        found = phrases.joined(f"{phrases.phrase(name)} {typeset.number(value, 2)}" for name, value in errors.items())
         sentences.append(f"Largest relative error of the invariants over all samples: {found}.")
     return " ".join(sentences)
 
 
 def _pilot(plan: Mapping, ratios: pd.Series) -> str:
     if "pilot_error" not in plan:
-        allowed = words.number(plan["accuracy"])
+        allowed = typeset.number(plan["accuracy"])
         return f"The study sets the step; motions with a relative energy error above {allowed} count as failed."
-    error = words.number(plan["pilot_error"], 2)
+    error = typeset.number(plan["pilot_error"], 2)
     found = (
         f"Halving the steps at the nominal dimensions and at the corners of the tolerances shows an error of {error}"
     )
@@ -116,8 +116,8 @@ def _pilot(plan: Mapping, ratios: pd.Series) -> str:
         "limits at least one of these estimates; a smaller [monte_carlo] accuracy gives it more digits"
     )  # fmt: skip
     return (
-        f"{found}, relative to the largest value: at most {words.number(worst, 2)} of the smallest sampling error of an output "
-        f"(table). Integration {judged}."
+        f"{found}, relative to the largest value: at most {typeset.number(worst, 2)} of the smallest sampling error of an "
+        f"output (table). Integration {judged}."
     )
 
 
@@ -130,8 +130,8 @@ def limits(study: Study) -> list[str]:
         _section(study.scene.joint),
         "Bore and journal are perfect cylinders: errors of form (roundness, straightness, coaxiality), roughness, wear and "
         "thermal expansion have to be part of the limits of R*, r* and L.",
-        f"One motion is judged: this start, these loads, {words.quantity('duration', study.scene.duration)}. Other starts, "
-        "other loads and longer times may be worse.",
+        f"One motion is judged: this start, these loads, {phrases.quantity('status_time', study.scene.duration)}. Other "
+        "starts, other loads and longer times may be worse.",
         "The parts follow the distributions in the table of dimensions. Other machines, worn tools or sorted parts give other "
         "yields.",
     ]
@@ -144,7 +144,7 @@ def _section(joint: Joint) -> str:
             "bore's surface is not covered."
         )
     errors = section_error_estimate(joint)
-    position, force = (words.number(100 * errors[name], 2) for name in ("position", "contact_force"))
+    position, force = (typeset.number(100 * errors[name], 2) for name in ("position", "contact_force"))
     return (
         "The journal's axis rests on circles of constant radius r, which is exact at the largest tilt only. At these nominal "
         f"dimensions that misstates the axis's position by up to {position} % and the peaks of the contact forces by about "

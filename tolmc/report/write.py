@@ -21,6 +21,7 @@ from markupsafe import Markup, escape
 from tolmc.report.content import report_content
 from tolmc.runs import directory as run_directory
 from tolmc.runs.record import RunDirectoryError
+from tolmc.text import typeset
 
 __all__ = ["write_report"]
 
@@ -48,8 +49,9 @@ def write_report(directory: str | Path) -> Path:
         )
     content = report_content(run)
     (run.path / "tables").mkdir(exist_ok=True)
-    for table in content["tables"].values():
-        run.write_text(f"tables/{table.name}.csv", table.frame.to_csv())
+    for table in content["tables"]:
+        run.write_text(f"tables/{table.name}.csv", table.csv())
+    content["tables"] = {table.name: table.written(typeset) for table in content["tables"]}
     environment = _environment()
     for name in ("report.md", "report.html"):
         run.write_text(name, environment.get_template(name).render(content))

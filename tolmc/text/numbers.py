@@ -1,4 +1,4 @@
-"""Zero as tables show it: what rounding leaves of a quantity that vanishes is no number worth reading."""
+"""What numbers for people have in common, in whichever notation: see :mod:`tolmc.text.plain` and :mod:`tolmc.text.typeset`."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import pandas as pd
 
 from tolmc import quantities
 
+#: In place of a number that does not exist.
+NOTHING = "–"
 #: A value below this share of the largest of its unit is a rounding error: of 16 digits a motion and the search for its
 #: extremes lose a few.
 NEGLIGIBLE = 1e-10
@@ -16,6 +18,8 @@ NEGLIGIBLE = 1e-10
 
 def without_rounding_errors(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
     """The table with 0 for values of the columns that are negligible against the largest of the same unit.
+
+    What rounding leaves of a quantity that vanishes is no number worth reading.
 
     Parameters
     ----------

@@ -1,0 +1,34 @@
+"""Dimensions as a drawing and as the model has them."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from places import STUDIES
+
+from tolmc.study.file import load_study
+from tolmc.tables.dimensions import _tolerance_classes, constants_table, dimensions_table
+from tolmc.text import typeset
+from tolmc.tolerances.dimension import Dimension
+
+JOINT = STUDIES / "paper_joint.toml"
+
+
+@pytest.mark.parametrize(
+    "fit", ["40 D9/d9", "40D9/d9", "⌀ 40 D9/d9", "40mm D9/d9", "40 mm D9 / d9", "Ø40mmD9/ d9", "40.0 D9/d9"]
+)
+def test_fits_read_alike_however_they_are_spaced(fit):
+    study = load_study(JOINT)
+    source = f'[dimensions]\nfit = "{fit}"\nhalf_length = {{ diameter = "30mm js7" }}'
+    classes = _tolerance_classes(replace(study, source=source))
+    assert classes == {"bearing_radius": "40 D9", "journal_radius": "40 d9", "half_length": "30 js7"}
+
+
+def test_angular_velocities_are_told_in_the_rpm_of_the_study():
+    study = load_study(JOINT.with_name("horizontal_shaft.toml"))
+    cells = {cells[0].text: cells[1].line for cells in constants_table(study).written(typeset).rows}
+    assert cells["Spin rate Ω"] == "75.3982 rad/s (720 rpm)"
+    dimensions = (*study.tolerances.dimensions, Dimension.symmetric("spin_rate", 24 * math.pi, math.pi))
+    varied = replace(study, tolerances=replace(study.tolerances, dimensions=dimensions))
+    assert dimensions_table(varied).rows[-1][3].detail == "690 to 750 rpm"
+    assert dimensions_table(replace(varied, source=study.source.replace("rpm", ""))).rows[-1][3].detail == ""

@@ -1,0 +1,71 @@
+"""What a run says first: its outputs, its requirements, what became of the samples, how exact it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from tolmc import quantities
+from tolmc.mechanism.circle_error import section_error_estimate
+from tolmc.mechanism.scene import Joint
+from tolmc.runs.run import StudyResult
+from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
+from tolmc.tables.outputs import budget_table, outputs_table, statuses_table
+from tolmc.tables.requirements import shares_table
+from tolmc.tables.table import Note, Table
+from tolmc.text.phrases import cut_short
+
+
+def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
+    """Title, tables and what a reader of them must know, in this order."""
+    study = result.study
+    title = " ".join(study.title.split())
+    yield Note(
+        f"{title}: {study.samples:,} samples, {study.sampling.replace('_', ' ')}, seed {study.seed} ({result.elapsed:.1f} s)",
+        strong=title,
+        is_apart=True,
+    )
+    yield outputs_table(result.summary)
+    yield shares_table(result.requirements)
+    yield from _contact_notes(result)
+    yield statuses_table(result.statuses)
+    if result.plan.unresolved:
+        yield _step_note(result.plan.unresolved)
+    if not math.isnan(result.plan.pilot_error):
+        yield budget_table(result.summary)
+    if study.scene.joint.section == "circle" and any(
+        quantities.of(name).kind == "force" for name in result.summary.index
+    ):
+        yield section_note(study.scene.joint)
+
+
+def _contact_notes(result: StudyResult) -> Iterator[Note]:
+    lost = result.requirements.loc[CONTACT_LOSS]
+    if lost["out"] and result.study.on_contact_loss == "stop":
+        yield Note(cut_short(lost["share_least"]))
+    if result.study.specification and result.requirements.at[ANY_REQUIREMENT, "unknown"]:
+        yield Note(
+            "What is not known to keep its limits (motion not computed, or contact lost before) is counted both ways."
+        )
+
+
+def _step_note(unresolved: int) -> Note:
+    """What it means that the pilot has set motions aside."""
+    return Note(
+        f"Step: {unresolved} of the motions at the nominal and corner dimensions met the accuracy with no step (a "
+        "clearance near zero, or a chaotic motion). Every sample was therefore integrated twice and judged by the difference; "
+        "those that miss the accuracy have status inaccurate.",
+        strong="Step",
+    )
+
+
+def section_note(joint: Joint) -> Note:
+    """How much the circle of constant radius may misstate on this joint."""
+    share = {name: f"{100 * error:.3g} %" for name, error in section_error_estimate(joint).items()}
+    return Note(
+        f"Circle or exact section: on this joint the circle of constant radius misstates the axis's position by up to "
+        f"{share['position']}, the tilt by up to {share['tilt']}, and contact-force peaks by up to about "
+        f"{share['contact_force']} in nine motions of ten; --compare-section measures it.",
+        strong="Circle or exact section",
+        is_apart=True,
+    )
