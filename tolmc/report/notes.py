@@ -36,8 +36,9 @@ def relations(study: Study) -> str:
     sentences = []
     if tolerances.correlation is not None:
         matrix = np.array(tolerances.correlation)
+        labels = [quantities.label(name) for name in tolerances.names]
         pairs = [
-            f"{quantities.label(tolerances.names[i])} and {quantities.label(tolerances.names[j])}: {typeset.number(matrix[i, j])}"
+            f"{labels[i]} and {labels[j]}: {typeset.number(matrix[i, j])}"
             for i, j in zip(*np.nonzero(np.triu(matrix, 1)), strict=True)
         ]
         if pairs:
