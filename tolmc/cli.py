@@ -10,13 +10,17 @@ from pathlib import Path
 import click
 
 from tolmc import __version__
+from tolmc.commands.init import KINDS, write_example
 from tolmc.errors import InputError
 
 _FILE = click.Path(path_type=Path)
 
 
 class _Commands(click.Group):
-    """Turns what a person can put right into one line on stderr."""
+    """Commands in the order of work; what a person can put right ends as one line on stderr."""
+
+    def list_commands(self, ctx):
+        return list(self.commands)
 
     def invoke(self, ctx):
         try:
@@ -49,6 +53,57 @@ def main() -> None:
 
 
 @main.command()
+@click.argument("name", type=_FILE, metavar="NAME.toml")
+@click.option("--kind", type=click.Choice(KINDS), default=KINDS[0], show_default=True, help="What the study is of.")
+def init(name, kind) -> None:
+    """Write a commented study to begin with."""
+    write_example(name, kind)
+    click.echo(f"Written: {name}. Next: tolmc check {name}, then tolmc run {name}")
+
+
+@main.command()
+@click.argument("study", type=_FILE)
+def check(study) -> None:
+    """Say what STUDY is understood to mean.
+
+    Dimensions, clearance, loads and start; what will be computed and about how long that takes. Computes nothing else.
+    """
+    from tolmc.commands.check import understood
+    from tolmc.study.file import load_study
+    from tolmc.terminal.check import print_understood
+
+    loaded = load_study(study)
+    print_understood(loaded.title, understood(loaded))
+
+
+@main.command()
+@click.argument("field", required=False)
+@click.option("--markdown", "as_markdown", is_flag=True, help="The whole study file, as Markdown.")
+def explain(field, as_markdown) -> None:
+    """Say what FIELD of a study means and may be.
+
+    FIELD is a field, table, dimension or output, such as body.mass or contact_force_D_max; without one: what there is.
+    """
+    from tolmc.commands import explain as study_file
+
+    click.echo(study_file.markdown() if as_markdown else study_file.explain(field), nl=not as_markdown)
+
+
+@main.command()
+def schema() -> None:
+    """Print the JSON schema of a study, for editors.
+
+    They complete and check a study from it: tolmc schema > study.schema.json, and as the study's first line
+    #:schema study.schema.json
+    """
+    import json
+
+    from tolmc.commands.explain import study_schema
+
+    click.echo(json.dumps(study_schema(), indent=1, ensure_ascii=False))
+
+
+@main.command()
 @click.argument("study", type=_FILE, required=False)
 @click.option(
     "--samples", type=click.IntRange(min=1), help="Number of samples, in place of the study's and of its `until`."
@@ -61,7 +116,7 @@ def main() -> None:
 @click.option("--cluster", metavar="ADDRESS", help="Compute on the Dask cluster at ADDRESS, such as tcp://host:8786.")
 @click.option("--compare-section", is_flag=True, help="Run circle and exact section on the same samples and compare.")
 def run(study, samples, seed, workers, out, resume, extend, cluster, compare_section) -> None:
-    """Sample the dimensions of STUDY, integrate every sample, write and print the statistics.
+    """Sample STUDY, integrate every sample, summarise.
 
     Writes samples.parquet, summary.csv and pictures. A run that was stopped goes on with --resume DIR; a finished
     one gets N more samples with --extend N --resume DIR. With `until` in its [monte_carlo] table a study is sampled
@@ -86,7 +141,7 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
 @click.argument("study", type=_FILE)
 @click.option("--out", type=_FILE, help="Picture to write.  [default: <study name>.png]")
 def simulate(study, out) -> None:
-    """Integrate the nominal motion of STUDY: a table and a picture."""
+    """Show the nominal motion of STUDY, with a picture."""
     from tolmc.commands.motions import simulate_study
 
     simulate_study(study, out=out)
@@ -97,7 +152,10 @@ def simulate(study, out) -> None:
 @click.option("--sample", type=click.IntRange(min=0), required=True, metavar="I", help="Number of the sample, from 0.")
 @click.option("--out", type=_FILE, help="Picture to write.  [default: DIRECTORY/sample_I.png]")
 def replay(directory, sample, out) -> None:
-    """Integrate one sample of the run in DIRECTORY again, with its full trajectory and a picture."""
+    """Show the motion of one sample of a run again.
+
+    Its full trajectory, with a picture.
+    """
     from tolmc.commands.motions import replay_sample
 
     replay_sample(directory, sample, out=out)
@@ -106,9 +164,10 @@ def replay(directory, sample, out) -> None:
 @main.command()
 @click.argument("directory", type=_FILE)
 def answers(directory) -> None:
-    """Worst case, root sum square, Monte Carlo and accelerated estimate of the run in DIRECTORY, side by side.
+    """Show four answers of a run side by side.
 
-    Also writes them there, with Sobol' indices and one-at-a-time curves, for the report to show.
+    Worst case, root sum square, Monte Carlo and the accelerated estimate of the run in DIRECTORY. Also writes them there,
+    with Sobol' indices and one-at-a-time curves, for the report to show.
     """
     from tolmc.commands.answers import answer_run
 
@@ -118,7 +177,7 @@ def answers(directory) -> None:
 @main.command()
 @click.argument("directory", type=_FILE)
 def report(directory) -> None:
-    """Write the run in DIRECTORY as one self-contained HTML file."""
+    """Write a run as one self-contained HTML file."""
     from tolmc.commands.report import report_run
 
     report_run(directory)
@@ -128,7 +187,7 @@ def report(directory) -> None:
 @click.argument("study", type=_FILE)
 @click.option("--out", type=_FILE, help="Directory to write into.  [default: runs/<study name>_allocation]")
 def allocate(study, out) -> None:
-    """Find the cheapest tolerances with which STUDY meets its requirements.
+    """Find the cheapest tolerances that do for STUDY.
 
     Ends with code 3 when the tolerances found could not be shown to meet them.
     """

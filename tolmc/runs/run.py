@@ -199,7 +199,7 @@ def _plan(study: Study) -> Plan:
         return plan_integration(
             study.scene,
             {dimension.name: (dimension.lower, dimension.upper) for dimension in study.tolerances.dimensions},
-            step=study.step if _integrates(study) else study.scene.duration,
+            step=study.step if study.integrates else study.scene.duration,
             method=study.method,
             formulation=study.formulation,
             accuracy=study.integration_accuracy,
@@ -210,11 +210,6 @@ def _plan(study: Study) -> Plan:
         )
     except ValueError as error:
         raise StudyError(f"{study.title}: {error}") from None
-
-
-def _integrates(study: Study) -> bool:
-    """Whether any output needs the motion."""
-    return study.outputs is None or not set(study.outputs) <= set(quantities.GEOMETRY)
 
 
 def _record_of(plan: Plan) -> dict:
@@ -296,7 +291,7 @@ def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began:
 def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, began: float) -> StudyResult:
     try:
         with run_pictures(directory) as pictures:
-            if _integrates(study):
+            if study.integrates:
                 pictures.draw_motion(study)
             sequential = _compute(directory, study, plan, workforce, pictures)
             study = study.replaced(samples=directory.record["samples"])

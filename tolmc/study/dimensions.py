@@ -27,7 +27,7 @@ from tolmc.study.fields import (
     suggestion,
     validated,
 )
-from tolmc.study.sections import DimensionSection
+from tolmc.study.sections import DimensionSection, DimensionsSection
 from tolmc.tolerances import fits
 from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Beta, Distribution, Measured, Normal, Scipy, Triangular, Uniform
@@ -67,10 +67,12 @@ class DimensionsTable:
     """
 
     def __init__(self, table: dict[str, Any], data_folder: Path) -> None:
-        check_names(table, (*SCALARS, "fit", "lot_size"), "dimensions")
+        common = DimensionsSection.model_fields
+        check_names(table, (*SCALARS, *common), "dimensions")
+        given = validated(DimensionsSection, {name: table[name] for name in common if name in table}, "dimensions")
         self.data_folder, self.data_files = data_folder, {}
-        self.lot_size = table.get("lot_size")
-        sizes = _fit_sizes(table["fit"]) if "fit" in table else {}
+        self.lot_size = given.lot_size
+        sizes = {} if given.fit is None else _fit_sizes(given.fit)
         names = [name for name in SCALARS if name in table or name in sizes]
         self.entries = {name: _entry(name, table.get(name, {})) for name in names}
         self.limits = {name: _limits(name, entry, sizes.get(name)) for name, entry in self.entries.items()}
@@ -183,10 +185,8 @@ def _limits(name: str, entry: DimensionSection, fit_size: str | None) -> tuple[f
     return None if entry.lower is None else (entry.lower, entry.upper)
 
 
-def _fit_sizes(designation: object) -> dict[str, str]:
+def _fit_sizes(designation: str) -> dict[str, str]:
     """Toleranced sizes of both radii."""
-    if not isinstance(designation, str):
-        raise Faults(f'{place("dimensions", "fit")} = {short(designation)}: expected a text such as "40 H7/d9".')
     with in_section("dimensions"):
         hole, shaft = fits.fit(designation).toleranced_sizes
     return {"bearing_radius": hole, "journal_radius": shaft}

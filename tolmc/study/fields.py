@@ -41,7 +41,7 @@ class Form:
     Attributes
     ----------
     words : what may stand there
-    schema : the same as JSON schema; a place whose unit is that of the table's name holds :data:`OWN_UNIT`
+    schema : the same as JSON schema, to which the words are a comment
     remedy : what to do where the field is missing
     """
 
@@ -50,11 +50,11 @@ class Form:
     remedy: str = "add it"
 
     def __get_pydantic_json_schema__(self, core_schema: object, handler: object) -> dict[str, Any]:
-        return dict(self.schema)
+        return {**self.schema, "$comment": self.words}
 
 
 #: In a schema: a quantity in the unit that belongs to the name of its table.
-OWN_UNIT = {"$comment": "own unit"}
+OWN_UNIT = {"x-unit": "own"}
 
 
 def form(info: FieldInfo) -> Form | None:
@@ -82,7 +82,9 @@ def quantity(unit: str, *, positive: bool = False, remedy: str | None = None):
             raise ValueError("expected a number > 0")
         return number
 
-    words = f"{units.kind(unit)}{' > 0' if positive else ''}"
+    words = f"{units.kind(unit)}{' > 0' if positive else ''}" + (
+        f', such as "{units.example(unit)}"' if unit != "1" else ""
+    )
     return Annotated[
         float,
         BeforeValidator(read),
@@ -102,7 +104,8 @@ def whole(lowest: int, highest: int):
         return int(value)
 
     schema = {"type": "integer", "minimum": lowest, "maximum": highest}
-    return Annotated[int, BeforeValidator(read), Form(f"a whole number from {lowest} to {highest}", schema)]
+    words = f"a whole number from {lowest}" + (f" to {highest:,}" if highest < 2**63 - 1 else "")
+    return Annotated[int, BeforeValidator(read), Form(words, schema)]
 
 
 def vector(unit: str):
@@ -113,7 +116,7 @@ def vector(unit: str):
             raise ValueError(f"expected three values [x, y, z]; for each {units.remedy(unit)}")
         return tuple(units.read(v, unit) for v in value)
 
-    words = f"three values [x, y, z], each {units.kind(unit)}"
+    words = f'three values [x, y, z], each {units.kind(unit)}, such as "{units.example(unit)}"'
     return Annotated[tuple, BeforeValidator(read), Form(words, _three(quantity_schema(unit)))]
 
 
@@ -144,7 +147,7 @@ def _read_own(value: object, info: ValidationInfo) -> float:
 
 def own(remedy: str = "add it"):
     """Type of a quantity whose SI unit is the context of the validation, for tables that serve several quantities."""
-    return Annotated[float, BeforeValidator(_read_own), Form("a value of what the table's name is", OWN_UNIT, remedy)]
+    return Annotated[float, BeforeValidator(_read_own), Form("a quantity of NAME's kind", OWN_UNIT, remedy)]
 
 
 Own = own()

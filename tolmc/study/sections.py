@@ -47,7 +47,7 @@ _Unit = Annotated[
 
 
 class DimensionSection(Section):
-    """One dimension of `[dimensions]`: its nominal value, its limits, and what it follows between them."""
+    """One dimension: its nominal value, its limits, and what it follows between them."""
 
     nominal: Own | None = None
     """Value of the nominal motion. Of the joint's dimensions alone; every other scalar has it in its own table."""
@@ -94,6 +94,15 @@ class DimensionSection(Section):
     """Share of the variance that lies between lots, 0 to 1; needs `[dimensions] lot_size`."""
     lot_sd: Own | None = None
     """Standard deviation between lots, in place of `lot_share`."""
+
+
+class DimensionsSection(Section):
+    """The joint's three dimensions, and every other scalar that has a tolerance: a table each, by its name."""
+
+    fit: str | None = None
+    """ISO 286 fit of bore and journal, such as "40 H7/d9": the limits of both radii."""
+    lot_size: whole(1, 2**63 - 1) | None = None
+    """Parts in a lot, where a dimension varies between lots."""
 
 
 class _Model(Section):
@@ -233,8 +242,12 @@ class MonteCarloSection(Section):
     """Sample only until an interval is narrow enough."""
 
 
+class SpecificationSection(Section):
+    """What the motion has to keep: a table for each output that has limits, by its name."""
+
+
 class LimitsSection(Section):
-    """A requirement on an output of `[specification]`: the limits that it has to keep."""
+    """A requirement: the limits of one output."""
 
     min: Own | None = None
     """Lower limit."""
@@ -248,15 +261,12 @@ class StudyFile(Section):
     title: str | None = None
     """What tables and pictures are headed with; the file's name when not given."""
     dimensions: dict[str, Any]
-    """The joint's three dimensions, and every other scalar that has a tolerance."""
     correlation: dict[str, Any] = Field(default_factory=dict)
-    """Correlation of two dimensions: `bearing_radius.journal_radius = 0.5`."""
+    """Correlation of two dimensions' standard normal scores (a Gaussian copula): `bearing_radius.journal_radius = 0.5`."""
     body: BodySection
     loads: _Loads = _Loads()
     motion: _Motion
     model: _Model = _Model()
     monte_carlo: MonteCarloSection = MonteCarloSection()
     specification: dict[str, Any] = Field(default_factory=dict)
-    """What the outputs have to keep."""
     allocation: dict[str, Any] = Field(default_factory=dict)
-    """What tolerances cost, for `tolmc allocate`."""

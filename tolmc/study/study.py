@@ -11,12 +11,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from tolmc import quantities
 from tolmc.errors import InputError
 from tolmc.mechanism.scene import Scene
-from tolmc.study.fields import (
-    Faults,
-    validated,
-)
+from tolmc.study.fields import Faults, validated
 from tolmc.study.sections import MonteCarloSection
 from tolmc.tolerances.dimension import Tolerances
 
@@ -111,6 +109,11 @@ class Study:
         for name, content in sorted(self.data_files.items()):
             digest.update(hashlib.sha256(name.encode()).digest() + hashlib.sha256(content).digest())
         return digest.hexdigest()
+
+    @property
+    def integrates(self) -> bool:
+        """Whether any output needs a motion."""
+        return self.outputs is None or not set(self.outputs) <= set(quantities.GEOMETRY)
 
     @property
     def integration_accuracy(self) -> float | None:

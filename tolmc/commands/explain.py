@@ -1,0 +1,133 @@
+"""`tolmc explain` and `tolmc schema`: the study file, field by field, from the models that read it."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from difflib import get_close_matches
+from functools import cache
+from typing import Any
+
+from tolmc import quantities, units
+from tolmc.allocation.study_table import AllocationSection, ChoiceSection
+from tolmc.errors import InputError
+from tolmc.quantities import OUTPUTS, SCALARS
+from tolmc.study.guide import FieldGuide, NamedTables, TableGuide, guide, json_schema
+
+_WIDTH = 100
+
+
+@cache
+def study_schema() -> dict[str, Any]:
+    """JSON schema of the whole study file."""
+    return json_schema(AllocationSection, NamedTables("allocation.dimensions", SCALARS, ChoiceSection))
+
+
+def explain(word: str | None) -> str:
+    """What a field, a table, a dimension or an output is; without a word, what there is.
+
+    Raises
+    ------
+    InputError
+        When nothing is called so; the message names what comes close.
+    """
+    tables = guide(study_schema())
+    if word is None:
+        return "\n".join(_contents(tables))
+    asked = word.strip().strip("[").replace("] ", ".").replace("]", "").strip(".")
+    found = [*_quantity(asked), *_of_tables(tables, asked)]
+    if not found:
+        close = get_close_matches(asked, _all_names(tables), 3, 0.5)
+        near = f"; did you mean {' or '.join(repr(name) for name in close)}?" if close else "."
+        raise InputError(f"nothing in a study file is called {word!r}{near} 'tolmc explain' lists all tables.")
+    return "\n\n".join(found)
+
+
+def markdown() -> str:
+    """The whole study file as Markdown."""
+    tables = guide(study_schema())
+    return "\n".join(_markdown(tables)) + "\n"
+
+
+def _contents(tables: list[TableGuide]) -> Iterator[str]:
+    yield "A study file has these tables and fields. More about one of them: tolmc explain FIELD, such as body.mass."
+    for table in tables:
+        names = [field.name for field in table.fields]
+        yield ""
+        yield f"[{table.name}]{_required(table)}" if table.name else "at the top"
+        if table.meaning:
+            yield textwrap.indent(textwrap.fill(table.meaning, _WIDTH), "  ")
+        if names:
+            yield textwrap.fill(", ".join(names), _WIDTH, initial_indent="  Fields: ", subsequent_indent="    ")
+        if table.names:
+            yield textwrap.fill(", ".join(table.names), _WIDTH, initial_indent="  NAME: ", subsequent_indent="    ")
+
+
+def _quantity(name: str) -> Iterator[str]:
+    """What a dimension or an output is, where the word is its name."""
+    name = name.split(".")[-1]
+    if not quantities.is_known(name):
+        return
+    shown, _ = quantities.shown(name)
+    what = f"{name}: {quantities.label(name)}" + (f", shown in {shown}" if shown else "") + "."
+    if name in SCALARS:
+        yield f'{what}\n  May have a tolerance: [dimensions] {name} = {{ tolerance = "{units.example(quantities.unit(name))}" }}'
+    elif name in OUTPUTS:
+        yield f'{what}\n  An output; may have limits: [specification] {name} = {{ max = "{units.example(quantities.unit(name))}" }}'
+
+
+def _of_tables(tables: list[TableGuide], asked: str) -> Iterator[str]:
+    """The tables and fields that are called so."""
+    for table in tables:
+        if table.name and asked in (table.name, table.name.rsplit(".", 1)[-1]):
+            yield "\n".join(_contents([table])).split("\n\n", 1)[-1].strip()
+        for field in table.fields:
+            if asked in (field.name, f"{table.name}.{field.name}".lstrip(".")):
+                yield _field_text(field)
+
+
+def _field_text(field: FieldGuide) -> str:
+    meaning = textwrap.indent(textwrap.fill(field.meaning, _WIDTH), "  ")
+    return f"{field.place}\n{meaning}\n  {field.written[0].upper()}{field.written[1:]}; {field.need}."
+
+
+def _all_names(tables: list[TableGuide]) -> list[str]:
+    names = {*SCALARS, *OUTPUTS}
+    for table in tables:
+        names |= {table.name, *(field.name for field in table.fields)}
+        names |= {f"{table.name}.{field.name}".lstrip(".") for field in table.fields}
+    return sorted(names - {""})
+
+
+def _markdown(tables: list[TableGuide]) -> Iterator[str]:
+    yield "# The study file"
+    yield ""
+    yield "Made by `tolmc explain --markdown` from the models that read a study; `tolmc explain FIELD` shows one field,"
+    yield "`tolmc schema > study.schema.json` is what an editor completes and checks a study from (Even Better TOML: a first"
+    yield "line `#:schema study.schema.json`), and `tolmc init NAME.toml --kind shaft` writes a study to begin with."
+    yield ""
+    yield 'A number is in SI units, a text carries its unit: `"20 mm"`, `"-110 deg"`, `"1500 rpm"`, `"12 N"`. `NAME` stands for'
+    yield "the name of a dimension or output."
+    for table in tables:
+        yield ""
+        yield f"## `[{table.name}]`{_required(table)}" if table.name else "## At the top"
+        yield ""
+        if table.meaning:
+            yield table.meaning
+        if table.fields:
+            yield from ("", "| field | what it means | what may stand there | when not given |", "|---|---|---|---|")
+        for field in table.fields:
+            default = "**required**" if field.default is None else f"`{field.default}`" if field.default else "–"
+            yield f"| `{field.name}` | {_cell(field.meaning)} | {_cell(field.written)} | {default} |"
+        if table.names and table.name in ("dimensions", "specification"):
+            yield from ("", "| NAME | what it is | unit |", "|---|---|---|")
+            for name in table.names:
+                yield f"| `{name}` | {_cell(quantities.label(name))} | {quantities.shown(name)[0] or '–'} |"
+
+
+def _required(table: TableGuide) -> str:
+    return ", required" if table.is_required else ""
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
