@@ -68,12 +68,9 @@ def check(study) -> None:
 
     Dimensions, clearance, loads and start; what will be computed and about how long that takes. Computes nothing else.
     """
-    from tolmc.commands.check import understood
-    from tolmc.study.file import load_study
-    from tolmc.terminal.check import print_understood
+    from tolmc.commands.check import check_study
 
-    loaded = load_study(study)
-    print_understood(loaded.title, understood(loaded))
+    check_study(study)
 
 
 @main.command()

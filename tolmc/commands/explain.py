@@ -70,10 +70,11 @@ def _quantity(name: str) -> Iterator[str]:
         return
     shown, _ = quantities.shown(name)
     what = f"{name}: {quantities.label(name)}" + (f", shown in {shown}" if shown else "") + "."
+    example = units.example(quantities.unit(name))
     if name in SCALARS:
-        yield f'{what}\n  May have a tolerance: [dimensions] {name} = {{ tolerance = "{units.example(quantities.unit(name))}" }}'
+        yield f'{what}\n  May have a tolerance: [dimensions] {name} = {{ tolerance = "{example}" }}'
     elif name in OUTPUTS:
-        yield f'{what}\n  An output; may have limits: [specification] {name} = {{ max = "{units.example(quantities.unit(name))}" }}'
+        yield f'{what}\n  An output; may have limits: [specification] {name} = {{ max = "{example}" }}'
 
 
 def _of_tables(tables: list[TableGuide], asked: str) -> Iterator[str]:

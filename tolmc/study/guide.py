@@ -126,7 +126,7 @@ def _add_names(schema: dict[str, Any], table: NamedTables) -> None:
     fields = place.setdefault("properties", {})
     for name in table.names:
         unit = quantities.unit(name)
-        entry = f"{table.entry.__name__} {unit}"
+        entry = f"{table.entry.__name__}_{quantities.of(name).kind.replace(' ', '_')}"
         if entry not in schema["$defs"]:
             schema["$defs"][entry] = _in_unit(schema["$defs"][table.entry.__name__], unit)
         shown, _ = quantities.shown(name)
