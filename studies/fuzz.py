@@ -24,10 +24,10 @@ from rich.progress import track
 from study_tools import ROOT, arguments, show
 
 from tolmc import cli
-from tolmc.quantities import ALWAYS, GEOMETRY
+from tolmc.quantities import ALWAYS, GEOMETRY, ON_CONTACT_LOSS
 from tolmc.simulation.ensemble import simulate_many
 from tolmc.simulation.judge import STATUSES
-from tolmc.simulation.plan import FORMULATIONS, ON_CONTACT_LOSS
+from tolmc.simulation.plan import FORMULATIONS
 
 DIMENSIONS = ("bearing_radius", "journal_radius", "half_length")
 NUMBERS = [name for name in ALWAYS if name != "contact_loss_time"]

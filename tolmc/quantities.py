@@ -75,6 +75,8 @@ class Scalar(Quantity):
     axis: str = ""
 
 
+#: What may happen where contact is lost: the statistics stop, they go on two-sided, or the sample ends.
+ON_CONTACT_LOSS = ("stop", "continue", "end")
 #: ``Output.when`` of what is computed for those who name it alone.
 ON_REQUEST = "on request"
 

@@ -10,13 +10,13 @@ import pandas as pd
 
 from tolmc.mechanism.checks import choice
 from tolmc.mechanism.scene import Scene
-from tolmc.quantities import SCALARS
+from tolmc.quantities import ON_CONTACT_LOSS, SCALARS
 from tolmc.simulation.block import block_columns
 from tolmc.simulation.integration import WIDTH
 from tolmc.simulation.judge import STATUSES
 from tolmc.simulation.outputs import checked_outputs, integrates, scene_outputs
 from tolmc.simulation.pilot import plan_integration
-from tolmc.simulation.plan import ON_CONTACT_LOSS, Plan
+from tolmc.simulation.plan import Plan
 
 _WORDS = pd.Series(STATUSES).array
 

@@ -13,7 +13,7 @@ from tolmc.kernels import parameters as P
 from tolmc.kernels.tableaux import TABLEAUX
 from tolmc.mechanism.checks import choice, positive_number
 from tolmc.mechanism.scene import Scene
-from tolmc.quantities import SCALARS
+from tolmc.quantities import ON_CONTACT_LOSS, SCALARS
 from tolmc.simulation import results as R
 from tolmc.simulation.features import features_of
 from tolmc.simulation.integration import integrate
@@ -25,7 +25,6 @@ from tolmc.simulation.plan import (
     DEFAULT_ACCURACY,
     FORMULATIONS,
     METHODS,
-    ON_CONTACT_LOSS,
     Plan,
     step_count,
 )

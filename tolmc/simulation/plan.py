@@ -12,7 +12,6 @@ from tolmc.simulation.features import Features
 
 FORMULATIONS = ("slope", "published", "published-regular")
 METHODS = tuple(TABLEAUX)
-ON_CONTACT_LOSS = ("stop", "continue", "end")
 #: Accuracy aimed at when nothing is said, relative to r, to 1 (axis), to the largest contact force and to the energy.
 DEFAULT_ACCURACY = 1e-7
 #: Energy error above which a sample counts as inaccurate when the step is given and no accuracy is stated.

@@ -20,7 +20,6 @@ _VALID = ("ok", CONTACT_LOST)
 ANY_REQUIREMENT = "any requirement"
 ALL_REQUIREMENTS = "all requirements"
 CONTACT_LOSS = "contact loss"
-ON_CONTACT_LOSS = ("stop", "continue", "end")
 Specification = Mapping[str, Mapping[str, float | None]]
 #: Rows out of the limits and rows known to be in or out, {output: (rows,) bool} each: :func:`out_of_specification`.
 Judged = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]
@@ -72,8 +71,10 @@ def without_value(
 
 def _outlives_contact(name: str, specification: Specification, on_contact_loss: str) -> bool:
     """Whether the output's values count as they are where contact was lost."""
-    if on_contact_loss not in ON_CONTACT_LOSS:
-        raise ValueError(f"on_contact_loss = {on_contact_loss!r} is unknown; allowed: {', '.join(ON_CONTACT_LOSS)}.")
+    if on_contact_loss not in quantities.ON_CONTACT_LOSS:
+        raise ValueError(
+            f"on_contact_loss = {on_contact_loss!r} is unknown; allowed: {', '.join(quantities.ON_CONTACT_LOSS)}."
+        )
     settled = quantities.output(name).settled in ("at start", "at loss")
     return settled or on_contact_loss != "stop" or "contact_loss_time" in specification
 

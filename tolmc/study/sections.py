@@ -229,7 +229,7 @@ class MonteCarloSection(Section):
     """Step of the integration, in place of `accuracy`."""
     method: Literal["rk4", "rk8", "auto"] = "rk8"
     """Runge-Kutta method."""
-    on_contact_loss: Literal["stop", "continue", "end"] = "stop"
+    on_contact_loss: Literal[quantities.ON_CONTACT_LOSS] = "stop"
     """What happens where the journal leaves the wall: the outputs "stop" there, the motion may "continue" with a wall that
     pulls, or the sample may "end"."""
     project_energy: StrictBool = False
