@@ -35,6 +35,9 @@ KINDS = {
     "impulse": Kind("N s", "an impulse", "0.1 N s", "N s"),
     "energy": Kind("J", "an energy", "0.2 J", "J"),
     "power": Kind("W", "a power", "5 W", "W"),
+    "temperature": Kind("°C", "a temperature", "80 °C", "°C"),
+    "temperature difference": Kind("K", "a temperature difference", "5 K", "K"),
+    "expansion": Kind("1/K", "an expansion coefficient", "12e-6 1/K", "1/K"),
     "count": Kind("1", "a plain number", 1.0, ""),
     "share": Kind("1", "a plain number", 1.0, "%", 100.0),
     "error": Kind("1", "a plain number", 1.0, ""),  # relative
@@ -66,7 +69,8 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Scalar(Quantity):
-    """A number that describes a scene, and may carry a tolerance. Groups: "joint", "body", "loads", "start".
+    """A number that describes a scene, and may carry a tolerance. Groups: "joint", "body", "loads", "start",
+    "operating".
 
     A component of a vector in x, y, z says which ``axis`` of which ``vector`` it is.
     """
@@ -129,6 +133,13 @@ SCALAR_ROWS = (
     Scalar("beta_rate", "angular velocity", "Start rate of β", "β̇", "BETA_RATE", "start"),
     Scalar("spin", "angle", "Start spin χ", "χ", "SPIN", "start"),
     Scalar("spin_rate", "angular velocity", "Spin rate Ω", "Ω", "SPIN_RATE", "start"),
+    Scalar("bearing_temperature", "temperature", "Bearing temperature", "T_B", group="operating"),
+    Scalar("journal_temperature", "temperature", "Journal temperature", "T_J", group="operating"),
+    Scalar("bearing_expansion", "expansion", "Bearing expansion", "α_B", group="operating"),
+    Scalar("journal_expansion", "expansion", "Journal expansion", "α_J", group="operating"),
+    Scalar("bush_wall", "length", "Bush wall", "s", group="operating"),
+    Scalar("bearing_wear", "length", "Bearing wear", "w_B", group="operating"),
+    Scalar("journal_wear", "length", "Journal wear", "w_J", group="operating"),
 )
 
 
@@ -141,6 +152,12 @@ def _contact_force(end: str, statistic: str, word: str, settled: str = "at end")
 
 #: In the order in which tables show them.
 OUTPUT_ROWS = (
+    *(
+        Output(f"operating_{name}", "length", f"{label} in operation", symbol, group="geometry", when="operating",
+               settled="at start")
+        for name, label, symbol in (("bearing_radius", "Bearing radius", "R*"), ("journal_radius", "Journal radius", "r*"),
+                                    ("half_length", "Half length", "L"))
+    ),
     Output("tilt_angle", "angle", "Tilt angle ψ", "ψ", group="geometry", settled="at start"),
     Output("effective_radius", "length", "Effective radius r", "r", group="geometry", settled="at start"),
     Output("approximate_radius", "length", "Approx. radius R* − r*", "R* − r*", group="geometry", settled="at start"),
@@ -178,8 +195,10 @@ _ROWS = {row.name: row for row in (*SCALAR_ROWS, *OUTPUT_ROWS, *_OTHERS)}
 
 #: Every scalar of a scene that may vary from sample to sample.
 SCALARS = tuple(row.name for row in SCALAR_ROWS)
-#: Scalars of the joint, and of the start of the motion.
-JOINT, START = (tuple(row.name for row in SCALAR_ROWS if row.group == group) for group in ("joint", "start"))
+#: Scalars of the joint, of the start of the motion, and of the conditions in operation.
+JOINT, START, OPERATING = (
+    tuple(row.name for row in SCALAR_ROWS if row.group == group) for group in ("joint", "start", "operating")
+)
 #: Every output that a study may name.
 OUTPUTS = tuple(row.name for row in OUTPUT_ROWS if row.when != ON_REQUEST)
 #: Those that every scene has.

@@ -32,14 +32,27 @@ _COMMON = {
     "N m": {"N m": Decimal(1), "N mm": Decimal("1e-3")},
     "m/s^2": {"m/s^2": Decimal(1)},
     "kg m^2": {"kg m^2": Decimal(1), "kg mm^2": Decimal("1e-6")},
+    "K": {"K": Decimal(1), "°C": Decimal(1), "degC": Decimal(1)},
+    "1/K": {"1/K": Decimal(1)},
     "1": {"": Decimal(1), "%": Decimal("1e-2")},
+}
+# Scales of temperature: degrees Celsius are (number - zero) times factor.
+_TEMPERATURE = {
+    **dict.fromkeys(("°C", "degC"), (Decimal(0), Decimal(1))),
+    "K": (Decimal("273.15"), Decimal(1)),
+    **dict.fromkeys(("°F", "degF"), (Decimal(32), Decimal(5) / 9)),
 }
 
 _FACTOR = r"[^\W\d_]+(?:(?:\^|\*\*)?-?[1-9]|[²³])?"
 _QUANTITY = re.compile(
     rf"\s*([+-]?(?:\d{{1,40}}\.?\d{{0,40}}|\.\d{{1,40}})(?:[eE][+-]?\d{{1,4}})?)"
-    rf"\s*(%|°|(?:1\s*/\s*)?{_FACTOR}(?:\s*[*·/]\s*{_FACTOR}|\s+{_FACTOR})*|)\s*",
+    rf"\s*(%|°[CF]?|(?:1\s*/\s*)?{_FACTOR}(?:\s*[*·/]\s*{_FACTOR}|\s+{_FACTOR})*|)\s*",
 )
+
+
+def difference(unit: str) -> str:
+    """Unit of the difference of two values in the SI unit ``unit``: temperatures in °C differ by K."""
+    return "K" if unit == "°C" else unit
 
 
 def kind(unit: str) -> str:
@@ -89,9 +102,18 @@ def _read_string(text: str, unit: str) -> float:
     number, written = Decimal(match[1]), " ".join(match[2].replace("μ", "µ").split())
     if not written and unit != "1":
         raise ValueError(f"it has no unit; {remedy(unit)}")
+    if unit == "°C":
+        return _read_temperature(number, written)
     # Decimal arithmetic: "0.07 mm" is the double nearest to 7e-5, not 0.07 times an inexact 0.001.
     factor = _COMMON.get(unit, {}).get(written)
     return float(number * (factor if factor is not None else _pint_factor(written, unit)))
+
+
+def _read_temperature(number: Decimal, written: str) -> float:
+    if written not in _TEMPERATURE:
+        raise ValueError(f"its unit {written!r} is not that of a temperature; {remedy('°C')}")
+    zero, factor = _TEMPERATURE[written]
+    return float((number - zero) * factor)
 
 
 @cache

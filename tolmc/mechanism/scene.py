@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from tolmc.mechanism import geometry
 from tolmc.mechanism.checks import finite_number, finite_vector, set_frozen
-from tolmc.quantities import JOINT, SCALARS, START
+from tolmc.mechanism.operating import Operating, closing_sentence, operating_dimensions
+from tolmc.quantities import OPERATING, SCALARS, START
 
 SECTIONS = ("circle", "exact")
 
@@ -251,23 +252,51 @@ class Motion:
 
 @dataclass(frozen=True)
 class Scene:
-    """A joint, a body on it, its loads, the start of its motion, and how long it lasts (s)."""
+    """A joint, a body on it, its loads, the start of its motion, and how long it lasts (s).
+
+    ``operating``: temperatures and wear, which change the joint's dimensions from those drawn (:attr:`joint`) to those that
+    move (:attr:`joint_in_operation`); None: as drawn.
+    """
 
     joint: Joint
     body: Body
     loads: Loads
     motion: Motion
     duration: float
+    operating: Operating | None = None
 
     def __post_init__(self) -> None:
         for name, kind in (("joint", Joint), ("body", Body), ("loads", Loads), ("motion", Motion)):
             if not isinstance(getattr(self, name), kind):
                 raise TypeError(f"Scene: {name} must be a {kind.__name__}, got {getattr(self, name)!r}.")
         set_frozen(self, duration=finite_number("Scene", "duration", self.duration, positive=True))
+        if self.operating is not None:
+            if not isinstance(self.operating, Operating):
+                raise TypeError(f"Scene: operating must be an Operating or None, got {self.operating!r}.")
+            _ = self.joint_in_operation
+
+    @cached_property
+    def joint_in_operation(self) -> Joint:
+        """The joint with the dimensions that temperature and wear make of the drawn ones.
+
+        Raises
+        ------
+        ValueError
+            Where they leave no clearance, or nothing of the journal; with the temperature at which the clearance closes.
+        """
+        if self.operating is None:
+            return self.joint
+        bore, journal, length = (float(value) for value in operating_dimensions(self.scalars))
+        if not 0.0 < journal < bore or not length > 0.0:
+            raise ValueError(f"Scene: {closing_sentence(self.scalars)}")
+        return Joint(bore, journal, length, self.joint.section)
 
     @cached_property
     def scalars(self) -> Mapping[str, float]:
-        """Value of every name in :data:`tolmc.quantities.SCALARS`, SI units (absent loads are zero)."""
+        """Value of every name in :data:`tolmc.quantities.SCALARS`, SI units and °C.
+
+        Absent loads are zero, absent conditions those of the drawing.
+        """
         joint, body, loads, motion = self.joint, self.body, self.loads, self.motion
         J = body.inertia
         vectors = {
@@ -286,6 +315,7 @@ class Scene:
             "inertia_xy": J[0, 1], "inertia_xz": J[0, 2], "inertia_yz": J[1, 2],
             **{f"{name}_{axis}": v for name, vector in vectors.items() for axis, v in zip("xyz", vector, strict=True)},
             **{name: getattr(motion, name) for name in START},
+            **(self.operating or Operating()).scalars,
         }  # fmt: skip
         return {name: float(values[name]) for name in SCALARS}
 
@@ -308,10 +338,14 @@ class Scene:
             [s["inertia_xy"], s["inertia_yy"], s["inertia_yz"]],
             [s["inertia_xz"], s["inertia_yz"], s["inertia_zz"]],
         ]
+        operating = self.operating
+        if any(name in scalars for name in OPERATING):
+            operating = Operating(*(s[name] for name in OPERATING))
         return replace(
             self,
             joint=Joint(s["bearing_radius"], s["journal_radius"], s["half_length"], self.joint.section),
             body=Body(s["mass"], vector("center_of_mass"), inertia),
             loads=Loads(vector("gravity"), optional("force"), optional("force_point"), optional("torque")),
             motion=Motion(*(s[name] for name in START)),
+            operating=operating,
         )

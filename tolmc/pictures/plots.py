@@ -207,7 +207,7 @@ def draw_trajectory(trajectory, scene: Scene, *, title: str) -> Figure:
 
     ``trajectory`` is a :class:`tolmc.simulation.trajectory.Trajectory`.
     """
-    offset = scene.joint.half_length * trajectory.axis[:, :2] / trajectory.axis[:, 2:]
+    offset = scene.joint_in_operation.half_length * trajectory.axis[:, :2] / trajectory.axis[:, 2:]
     ends = {"D": trajectory.origin + offset, "E": trajectory.origin - offset}
     with rc_context(_STYLE):
         figure = Figure(figsize=(11.5, 5.2))
@@ -215,7 +215,7 @@ def draw_trajectory(trajectory, scene: Scene, *, title: str) -> Figure:
         grid = figure.add_gridspec(
             2, 2, width_ratios=(1, 1.3), left=0.08, right=0.975, top=0.85, bottom=0.11, hspace=0.3, wspace=0.17
         )
-        _draw_traces(figure.add_subplot(grid[:, 0]), ends, 1e3 * scene.joint.effective_radius)
+        _draw_traces(figure.add_subplot(grid[:, 0]), ends, 1e3 * scene.joint_in_operation.effective_radius)
         upper = figure.add_subplot(grid[0, 1])
         _draw_forces(upper, trajectory)
         upper.tick_params(labelbottom=False)

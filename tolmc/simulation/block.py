@@ -59,7 +59,14 @@ def _geometry(raw: np.ndarray, joint: np.ndarray) -> dict[str, np.ndarray]:
     if joint.any():
         tilt[joint] = geometry.tilt_angle(large[joint], small[joint], length[joint])
     approximate = np.where(joint, large - small, np.nan)
-    return {"tilt_angle": tilt, "effective_radius": raw[P.RADIUS], "approximate_radius": approximate}
+    return {
+        "operating_bearing_radius": large,
+        "operating_journal_radius": small,
+        "operating_half_length": length,
+        "tilt_angle": tilt,
+        "effective_radius": raw[P.RADIUS],
+        "approximate_radius": approximate,
+    }
 
 
 def _results(raw, valid, plan: Plan, forces: bool, duration: float, on_contact_loss: str, project_energy: bool):

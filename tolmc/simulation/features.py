@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tolmc.mechanism.scene import Scene
-from tolmc.quantities import SCALAR_ROWS
+from tolmc.quantities import OPERATING, SCALAR_ROWS
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,8 @@ class Features:
     #: Whether the angular momentum about Z, and Omega, are conserved.
     momentum: bool = False
     spin: bool = False
+    #: Whether temperature or wear change the drawn dimensions.
+    operating: bool = False
 
     @property
     def model(self) -> tuple[int | None, int | None, int | None]:
@@ -54,4 +56,5 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
     turned = any((row.axis == "z") == (row.vector == "torque") for row in present)
     axial = not (general or transverse or pose or exact)
     symmetric = body.is_symmetric and not (varied & _UNSYMMETRIC) and not (off_axis or torque)
-    return Features(general, axial, exact, bool(present), momentum=not turned, spin=symmetric)
+    operating = scene.operating is not None or bool(varied & set(OPERATING))
+    return Features(general, axial, exact, bool(present), not turned, symmetric, operating)

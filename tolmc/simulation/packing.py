@@ -9,11 +9,13 @@ import numpy as np
 
 from tolmc.kernels import parameters as P
 from tolmc.mechanism import geometry
+from tolmc.mechanism.operating import operating_dimensions
 from tolmc.quantities import SCALAR_ROWS
 from tolmc.simulation import results as R
 from tolmc.simulation.judge import BODY_INVALID, GEOMETRY_INVALID
 
-_ROWS = {scalar.name: getattr(P, scalar.row) for scalar in SCALAR_ROWS}
+#: Rows that hold a scalar as it is; the joint's hold what operating conditions make of its dimensions.
+_ROWS = {scalar.name: getattr(P, scalar.row) for scalar in SCALAR_ROWS if scalar.row and scalar.group != "joint"}
 _BODY_SCALARS = tuple(scalar.name for scalar in SCALAR_ROWS if scalar.group == "body")
 
 _SCRATCH = threading.local()
@@ -33,6 +35,7 @@ def pack(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Parameter array (parameters.COUNT, n) and the code of each sample: OK, or why it cannot be integrated."""
     raw = np.empty((P.COUNT, n)) if raw is None else raw
+    raw[P.BEARING_RADIUS], raw[P.JOURNAL_RADIUS], raw[P.HALF_LENGTH] = operating_dimensions(values)
     finite = np.ones(n, bool)
     for name, row in _ROWS.items():
         raw[row] = values[name]
@@ -41,7 +44,7 @@ def pack(
     large, small, length = raw[P.BEARING_RADIUS], raw[P.JOURNAL_RADIUS], raw[P.HALF_LENGTH]
     joint = np.isfinite(large) & np.isfinite(small) & np.isfinite(length) & (small > 0) & (small < large) & (length > 0)
     code = np.where(joint, np.where(finite, R.OK, BODY_INVALID), GEOMETRY_INVALID)
-    if any(np.ndim(values[name]) for name in _BODY_SCALARS):
+    if any(np.ndim(values[name]) for name in BODY_SCALARS):
         inside = code == R.OK
         code[inside] = np.where(_is_body(raw[:, inside]), R.OK, BODY_INVALID)
     raw[P.RADIUS] = np.nan

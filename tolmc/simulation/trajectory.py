@@ -102,7 +102,7 @@ def _recorded(scene: Scene, raw, plan: Plan, summary, time: np.ndarray, status: 
 def _traced(scene: Scene, raw, plan: Plan, project_energy: bool, time: np.ndarray, status: str) -> Trajectory:
     """The motion in slope coordinates."""
     x, y, u, v, n_d, n_e, lambda_d, lambda_e, kinetic, potential, w2 = trace(raw, plan, scene.duration, project_energy)
-    length = scene.joint.half_length
+    length = scene.joint_in_operation.half_length
     norm = np.sqrt(length * length + w2)
     symmetric = not plan.features.general
     spin_energy = 0.5 * scene.body.inertia[2, 2] * scene.motion.spin_rate**2 if symmetric else 0.0

@@ -69,6 +69,25 @@ def quantity_schema(unit: str, *, positive: bool = False) -> dict[str, Any]:
     return schema | {"exclusiveMinimum": 0} if positive else schema
 
 
+def material(table: Mapping[str, float], unit: str):
+    """Type of a property in the SI unit ``unit``: a quantity, or the name of a material in ``table``."""
+
+    def read(value: object) -> float:
+        if value in table:
+            return table[value]
+        if isinstance(value, str) and not any(character.isdigit() for character in value):
+            raise ValueError(
+                f"no material of the table{suggestion(value, table) or ';'} allowed: {', '.join(table)}, or "
+                f"{units.remedy(unit).removeprefix('give ')}"
+            )
+        return units.read(value, unit)
+
+    schema = {"anyOf": [{"enum": list(table)}, quantity_schema(unit)]}
+    return Annotated[
+        float, BeforeValidator(read), Form(f"{units.kind(unit)}, or a material: {', '.join(table)}", schema)
+    ]
+
+
 def _three(item: Mapping[str, Any]) -> dict[str, Any]:
     return {"type": "array", "items": dict(item), "minItems": 3, "maxItems": 3}
 
@@ -151,6 +170,16 @@ def own(remedy: str = "add it"):
 
 
 Own = own()
+
+
+def _read_own_difference(value: object, info: ValidationInfo) -> float:
+    return units.read(value, units.difference(info.context))
+
+
+#: Type of a spread of such a quantity: of a temperature in °C, a difference in K.
+OwnDifference = Annotated[
+    float, BeforeValidator(_read_own_difference), Form("a spread of what the table's name is", OWN_UNIT)
+]
 
 
 def validated(model: type[_Table], table: object, *where: str, context: str | None = None) -> _Table:

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from tolmc import quantities
+from tolmc.mechanism.operating import Operating
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
 from tolmc.study.dimensions import DimensionsTable
 from tolmc.study.fields import (
@@ -88,7 +90,11 @@ def _scene(file: StudyFile, joint: dict[str, float]) -> Scene:
         loads = Loads(**file.loads.model_dump())
     with in_section("motion"):
         start = file.motion.model_dump()
-        return Scene(joint, body, loads, duration=start.pop("duration"), motion=Motion(**start))
+        scene = Scene(joint, body, loads, duration=start.pop("duration"), motion=Motion(**start))
+    if file.operating is None:
+        return scene
+    with in_section("operating"):
+        return replace(scene, operating=Operating(**file.operating.model_dump()))
 
 
 def _body(section: BodySection) -> Body:

@@ -11,17 +11,19 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, StrictBool, ValidationInfo
 
 from tolmc import quantities, units
-from tolmc.study.fields import OWN_UNIT, Form, Inertia, Own, Section, quantity, vector, whole
+from tolmc.mechanism.operating import EXPANSION, REFERENCE_TEMPERATURE
+from tolmc.study.fields import OWN_UNIT, Form, Inertia, Own, OwnDifference, Section, material, quantity, vector, whole
 
 MAX_SAMPLES = 1_000_000_000
 
 
 def _read_deviations(value: object, info: ValidationInfo) -> tuple[float, float]:
+    unit = units.difference(info.context)
     if isinstance(value, list):
         if len(value) != 2:
             raise ValueError("expected one tolerance, or two deviations [lower, upper]")
-        return tuple(units.read(v, info.context) for v in value)
-    tolerance = units.read(value, info.context)
+        return tuple(units.read(v, unit) for v in value)
+    tolerance = units.read(value, unit)
     if tolerance < 0:
         raise ValueError("expected a tolerance >= 0; give two deviations [lower, upper] where they differ")
     return -tolerance, tolerance
@@ -30,6 +32,8 @@ def _read_deviations(value: object, info: ValidationInfo) -> tuple[float, float]
 def _read_unit(value: object, info: ValidationInfo) -> float:
     if not isinstance(value, str):
         raise ValueError('expected the unit of the column, such as "mm" (for diameters in mm: "0.5 mm")')
+    if info.context == "°C" and value not in ("°C", "degC"):
+        raise ValueError('expected a column of temperatures in "°C"')
     return units.read(value if value[:1].isdigit() else f"1 {value}", info.context)
 
 
@@ -88,11 +92,11 @@ class DimensionSection(Section):
     """Unit of the column."""
     method: Literal["bootstrap", "kernel"] | None = None
     """Measured values themselves ("bootstrap"), or smoothed ("kernel")."""
-    bandwidth: Own | None = None
+    bandwidth: OwnDifference | None = None
     """Standard deviation of the smoothing; Silverman's when not given."""
     lot_share: quantity("1") | None = None
     """Share of the variance that lies between lots, 0 to 1; needs `[dimensions] lot_size`."""
-    lot_sd: Own | None = None
+    lot_sd: OwnDifference | None = None
     """Standard deviation between lots, in place of `lot_share`."""
 
 
@@ -255,6 +259,25 @@ class LimitsSection(Section):
     """Upper limit."""
 
 
+class OperatingSection(Section):
+    """The joint in operation: what temperature and wear make of the dimensions on the drawing, which holds at 20 °C."""
+
+    bearing_temperature: quantity("°C") = REFERENCE_TEMPERATURE
+    """Temperature of the bearing."""
+    journal_temperature: quantity("°C") = REFERENCE_TEMPERATURE
+    """Temperature of the journal."""
+    bearing_expansion: material(EXPANSION, "1/K") = 0.0
+    """Linear expansion of the bearing, or of the bush."""
+    journal_expansion: material(EXPANSION, "1/K") = 0.0
+    """Linear expansion of the journal."""
+    bush_wall: quantity("m") = 0.0
+    """Wall of a thin bush pressed into a stiff housing: its bore closes by 6 α ΔT times the wall. 0: the bearing grows freely."""
+    bearing_wear: quantity("m") = 0.0
+    """Depth worn off the bore, on the radius."""
+    journal_wear: quantity("m") = 0.0
+    """Depth worn off the journal, on the radius."""
+
+
 class StudyFile(Section):
     """A study: a TOML file. Numbers are in SI units; texts carry their unit."""
 
@@ -266,6 +289,7 @@ class StudyFile(Section):
     body: BodySection
     loads: _Loads = _Loads()
     motion: _Motion
+    operating: OperatingSection | None = None
     model: _Model = _Model()
     monte_carlo: MonteCarloSection = MonteCarloSection()
     specification: dict[str, Any] = Field(default_factory=dict)
