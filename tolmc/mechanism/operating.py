@@ -21,8 +21,9 @@ import numpy as np
 from tolmc.mechanism.checks import finite_number, set_frozen
 from tolmc.quantities import OPERATING
 
-#: K; the temperature at which drawings hold, ISO 1.
-REFERENCE_TEMPERATURE = 293.15
+#: °C; the temperature at which drawings hold, ISO 1.
+REFERENCE_TEMPERATURE = 20.0
+ABSOLUTE_ZERO = -273.15
 
 #: Linear expansion of materials at room temperature, 1/K. Metals, polyamide, PEEK and PTFE: W. D. Callister, Materials Science
 #: and Engineering, table B.6 (grades in brackets; the middle of a range); polyacetal: the usual figure of its makers.
@@ -61,8 +62,8 @@ class Operating:
 
     Parameters
     ----------
-    bearing_temperature, journal_temperature : float, K
-        293.15 K (20 °C) where nothing is said.
+    bearing_temperature, journal_temperature : float, °C
+        20 °C where nothing is said.
     bearing_expansion, journal_expansion : float, 1/K, or the name of a material in :data:`EXPANSION`
     bush_wall : float, m
         Thickness of a bush in a stiff housing; 0: the bearing expands freely.
@@ -80,12 +81,12 @@ class Operating:
 
     def __post_init__(self) -> None:
         for name in ("bearing_temperature", "journal_temperature"):
-            kelvin = finite_number("Operating", name, getattr(self, name))
-            if kelvin <= 0:
+            celsius = finite_number("Operating", name, getattr(self, name))
+            if celsius <= ABSOLUTE_ZERO:
                 raise ValueError(
-                    f"Operating: {name} = {kelvin!r} K is out of range; allowed: > 0 K (20 °C is 293.15 K)."
+                    f"Operating: {name} = {celsius!r} °C is out of range; allowed: above {ABSOLUTE_ZERO} °C."
                 )
-            set_frozen(self, **{name: kelvin})
+            set_frozen(self, **{name: celsius})
         for name in ("bearing_expansion", "journal_expansion"):
             set_frozen(self, **{name: expansion_coefficient(name, getattr(self, name))})
         for name in ("bush_wall", "bearing_wear", "journal_wear"):
@@ -96,7 +97,7 @@ class Operating:
 
     @property
     def scalars(self) -> dict[str, float]:
-        """The conditions by name, SI units."""
+        """The conditions by name."""
         return {name: getattr(self, name) for name in OPERATING}
 
 
@@ -105,7 +106,8 @@ def operating_dimensions(values: Mapping[str, np.ndarray | float]) -> tuple[np.n
 
     Parameters
     ----------
-    values : mapping from the names of the dimensions and of :data:`tolmc.quantities.OPERATING` to floats or (n,) arrays, SI units
+    values : mapping from the names of the dimensions and of
+        :data:`tolmc.quantities.OPERATING` to floats or (n,) arrays, SI units and °C
     """
     bearing = values["bearing_expansion"] * (values["bearing_temperature"] - REFERENCE_TEMPERATURE)
     journal = values["journal_expansion"] * (values["journal_temperature"] - REFERENCE_TEMPERATURE)
@@ -121,7 +123,7 @@ def operating_dimensions(values: Mapping[str, np.ndarray | float]) -> tuple[np.n
 
 
 def closing_temperature(values: Mapping[str, float]) -> float | None:
-    """Temperature of the bearing, K, at which the clearance closes while the journal keeps its distance from the bearing's.
+    """Temperature of the bearing, °C, at which the clearance closes while the journal keeps its distance from the bearing's.
 
     Both parts warm together, T_J = T_B + (the present difference). None where no temperature closes it.
     """
@@ -145,11 +147,10 @@ def closing_sentence(values: Mapping[str, float]) -> str:
             f"temperature and wear leave a journal radius of {journal!r} m and a half length of {length!r} m; allowed: > 0. "
             "Correct journal_wear, the temperatures or the expansion coefficients."
         )
-    celsius = values["bearing_temperature"] - 273.15
     closing = closing_temperature(values)
-    at = "" if closing is None else f"; the clearance closes at {closing - 273.15:.4g} °C"
+    at = "" if closing is None else f"; the clearance closes at {closing:.4g} °C"
     return (
-        f"at bearing_temperature = {celsius:.4g} °C the bore's radius is {1e3 * bore:.6g} mm and the journal's "
-        f"{1e3 * journal:.6g} mm: no clearance is left{at}. Allowed: temperatures that leave one; "
+        f"at bearing_temperature = {values['bearing_temperature']:.4g} °C the bore's radius is {1e3 * bore:.6g} mm and "
+        f"the journal's {1e3 * journal:.6g} mm: no clearance is left{at}. Allowed: temperatures that leave one; "
         "give more clearance on the drawing, or other materials."
     )

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from tolmc.mechanism import geometry
 from tolmc.mechanism.checks import finite_number, finite_vector, set_frozen
 from tolmc.mechanism.operating import Operating, closing_sentence, operating_dimensions
-from tolmc.quantities import OPERATING, SCALARS, START
+from tolmc.quantities import JOINT, OPERATING, SCALARS, START
 
 SECTIONS = ("circle", "exact")
 

@@ -44,7 +44,7 @@ def pack(
     large, small, length = raw[P.BEARING_RADIUS], raw[P.JOURNAL_RADIUS], raw[P.HALF_LENGTH]
     joint = np.isfinite(large) & np.isfinite(small) & np.isfinite(length) & (small > 0) & (small < large) & (length > 0)
     code = np.where(joint, np.where(finite, R.OK, BODY_INVALID), GEOMETRY_INVALID)
-    if any(np.ndim(values[name]) for name in BODY_SCALARS):
+    if any(np.ndim(values[name]) for name in _BODY_SCALARS):
         inside = code == R.OK
         code[inside] = np.where(_is_body(raw[:, inside]), R.OK, BODY_INVALID)
     raw[P.RADIUS] = np.nan

@@ -201,10 +201,8 @@ def _arguments(name: str, arguments: dict[str, Any]) -> dict[str, float]:
     """Arguments of a scipy.stats distribution: loc and scale in the dimension's unit, shapes plain numbers."""
     if not arguments:
         raise ValueError('it needs its arguments, such as arguments = { loc = "20 mm", scale = "0.01 mm" }')
-    return {
-        key: units.read(value, quantities.unit(name) if key in ("loc", "scale") else "1")
-        for key, value in arguments.items()
-    }
+    own = {"loc": quantities.unit(name), "scale": units.difference(quantities.unit(name))}
+    return {key: units.read(value, own.get(key, "1")) for key, value in arguments.items()}
 
 
 def _correlation(table: dict[str, Any], names: list[str]) -> dict[tuple[str, str], float]:

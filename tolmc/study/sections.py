@@ -271,7 +271,8 @@ class OperatingSection(Section):
     journal_expansion: material(EXPANSION, "1/K") = 0.0
     """Linear expansion of the journal."""
     bush_wall: quantity("m") = 0.0
-    """Wall of a thin bush pressed into a stiff housing: its bore closes by 6 α ΔT times the wall. 0: the bearing grows freely."""
+    """Wall of a thin bush pressed into a stiff housing: its bore closes by 6 α ΔT times the wall. 0: the bearing
+    grows freely."""
     bearing_wear: quantity("m") = 0.0
     """Depth worn off the bore, on the radius."""
     journal_wear: quantity("m") = 0.0
