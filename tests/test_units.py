@@ -39,7 +39,21 @@ def test_decimal_units_are_exact(hundredths):
     assert units.read(f"{hundredths / 100:.2f} mm", "m") == float(f"{hundredths}e-5")
 
 
-@pytest.mark.parametrize("unit", units._COMMON)
+@pytest.mark.parametrize(
+    ("text", "celsius"),
+    [("80 °C", 80.0), ("-5.5 degC", -5.5), ("293.15 K", 20.0), ("176 °F", 80.0), ("-40 degF", -40.0)],
+)
+def test_temperatures_stand_on_their_scale(text, celsius):
+    assert units.read(text, "°C") == celsius
+    assert units.read(celsius, "°C") == celsius
+
+
+@pytest.mark.parametrize(("text", "kelvin"), [("5 K", 5.0), ("5 °C", 5.0), ("9 °F", 5.0)])
+def test_differences_of_temperatures_have_no_zero(text, kelvin):
+    assert units.read(text, units.difference("°C")) == pytest.approx(kelvin, rel=1e-15)
+
+
+@pytest.mark.parametrize("unit", [unit for unit in units._COMMON if unit != "K"])
 def test_units_read_without_pint_agree_with_it(unit):
     registry = pint.UnitRegistry()
     for written in units._COMMON[unit]:
@@ -57,6 +71,8 @@ def test_units_read_without_pint_agree_with_it(unit):
         ("5 dB", "rad", "not that of an angle"),
         ("5 %", "rad", "not that of an angle"),
         ("20 degC", "rad", "not that of an angle"),
+        ("5 mm", "°C", "'mm' is not that of a temperature"),
+        ("80", "°C", "it has no unit; give a number in °C"),
         ("mm", "m", "expected a length"),
         ("9**9**9 mm", "m", "expected a length"),
         ("nan mm", "m", "expected a length"),

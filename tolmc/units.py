@@ -32,7 +32,7 @@ _COMMON = {
     "N m": {"N m": Decimal(1), "N mm": Decimal("1e-3")},
     "m/s^2": {"m/s^2": Decimal(1)},
     "kg m^2": {"kg m^2": Decimal(1), "kg mm^2": Decimal("1e-6")},
-    "K": {"K": Decimal(1), "°C": Decimal(1), "degC": Decimal(1)},
+    "K": {"K": Decimal(1), "°C": Decimal(1), "degC": Decimal(1), "°F": Decimal(5) / 9, "degF": Decimal(5) / 9},
     "1/K": {"1/K": Decimal(1)},
     "1": {"": Decimal(1), "%": Decimal("1e-2")},
 }

@@ -26,6 +26,16 @@ def test_the_studies_of_the_repository_have_clearance(path):
     assert interference_note(load_study(path).tolerances) is None
 
 
+def test_conditions_that_close_the_clearance_are_noted(tmp_path):
+    hot = '[operating]\njournal_temperature = "120 °C"\njournal_expansion = 0.005\n[motion]'
+    study = load_study(write(tmp_path, ("[motion]", hot)))
+    drawn = smallest_clearance(study.tolerances)
+    assert smallest_clearance(study.tolerances, study.scene.scalars) == pytest.approx(drawn - 0.01 * 0.005 * 100)
+    assert interference_note(study.tolerances, study.scene.scalars) is None
+    worn = study.scene.scalars | {"journal_expansion": 0.01}
+    assert "in operation" in interference_note(study.tolerances, worn)
+
+
 def test_no_clearance_at_all_is_noted(tmp_path):
     # A fit of H and h: the largest journal fills the smallest bearing.
     touching = ('nominal = "10 mm", tolerance = ["-0.03 mm", "0 mm"]', 'lower = "19.9 mm", upper = "19.95 mm"')

@@ -18,7 +18,7 @@ from tolmc.tolerances.interference import interference_note
 def run_study(study: Path, *, out: Path | None, compare: bool, **options) -> None:
     """Run the study file into ``out``; options are those of :func:`tolmc.runs.run.run`."""
     loaded = load_study(study)
-    if note := interference_note(loaded.tolerances):
+    if note := interference_note(loaded.tolerances, loaded.scene.scalars):
         click.echo(f"Note: {note}", err=True)
     out = out or monte_carlo.default_directory(study)
     _show(monte_carlo.run(loaded, out=out, **options), compare)
