@@ -139,7 +139,7 @@ def about(time: float) -> str:
 
 def notes(study: Study) -> Iterator[str]:
     """What the author of a study should know before a run."""
-    if note := interference_note(study.tolerances):
+    if note := interference_note(study.tolerances, study.scene.scalars):
         yield note[0].upper() + note[1:]
     if not study.tolerances.varied:
         yield "No dimension varies: all samples will be equal. Give one a tolerance."
