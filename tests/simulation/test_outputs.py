@@ -1,0 +1,54 @@
+"""What a scene has of the registry's outputs, and what becomes of one that it lacks."""
+
+import numpy as np
+import pytest
+from scenes import REFERENCES
+
+from tolmc import quantities, simulate_many
+from tolmc.quantities import CHECKS, END_OUTPUTS, GEOMETRY, OUTPUTS, Output
+from tolmc.simulation import outputs
+from tolmc.simulation.features import Features
+from tolmc.simulation.plan import Plan
+
+
+def plan(formulation="slope", **features):
+    return Plan(formulation, "rk8", 8, 1e-7, features=Features(**features))
+
+
+@pytest.mark.parametrize(
+    ("features", "project_energy", "absent"),
+    [
+        ({}, False, {"momentum_error", "spin_error", "energy_correction"}),
+        ({"momentum": True}, False, {"spin_error", "energy_correction"}),
+        ({"momentum": True, "spin": True}, True, set()),
+    ],
+)
+def test_a_scene_has_the_invariants_that_its_features_keep(features, project_energy, absent):
+    found = outputs.scene_outputs(plan(**features), project_energy)
+    assert found == tuple(name for name in OUTPUTS if name not in absent)
+
+
+def test_what_is_asked_for_says_what_is_computed():
+    assert not outputs.integrates(GEOMETRY)
+    for name in (*CHECKS, *END_OUTPUTS):
+        assert outputs.integrates([name]) and not outputs.wants_forces([name])
+    assert outputs.wants_forces(["tilt_max"]) and outputs.wants_forces(None)
+    assert outputs.wants_pose(["axis_x_end"]) and not outputs.wants_pose(None)
+
+
+def test_an_output_that_the_scene_lacks_is_missing_and_judged_nowhere(monkeypatch):
+    scene = next(iter(REFERENCES.values())).scene
+    dimensions = {name: np.full(3, scene.scalars[name]) for name in quantities.JOINT}
+    settings = {"step": 1e-3, "outputs": ["contact_force_D_max"], "halving": True}
+    before = simulate_many(scene, **dimensions, **settings)
+    # Its row holds NaN, as an unwritten one may: who looked at it would call the samples diverged.
+    lacked = Output("impacts", "force", "Impacts", row="LOSS_TIME", group="statistics", when="axial")
+    monkeypatch.setattr(quantities, "OUTPUT_ROWS", (*quantities.OUTPUT_ROWS, lacked))
+    monkeypatch.setitem(quantities._ROWS, "impacts", lacked)
+    monkeypatch.setitem(outputs.ROWS, "impacts", outputs.R.LOSS_TIME)
+    monkeypatch.setattr(quantities, "OUTPUTS", (*quantities.OUTPUTS, "impacts"))
+    settings["outputs"] = ["contact_force_D_max", "impacts"]
+    after = simulate_many(scene, **dimensions, **settings)
+    assert after["impacts"].isna().all()
+    assert (after["status"] == before["status"]).all()
+    assert (after["contact_force_D_max"] == before["contact_force_D_max"]).all()
