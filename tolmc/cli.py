@@ -55,7 +55,7 @@ def main() -> None:
 @main.command()
 @click.argument("name", type=_FILE, metavar="NAME.toml")
 @click.option("--kind", type=click.Choice(KINDS), default=KINDS[0], show_default=True, help="What the study is of.")
-def init(name, kind) -> None:
+def init(name: Path, kind: str) -> None:
     """Write a commented study to begin with."""
     write_example(name, kind)
     click.echo(f"Written: {name}. Next: tolmc check {name}, then tolmc run {name}")
@@ -63,7 +63,7 @@ def init(name, kind) -> None:
 
 @main.command()
 @click.argument("study", type=_FILE)
-def check(study) -> None:
+def check(study: Path) -> None:
     """Say what STUDY is understood to mean.
 
     Dimensions, clearance, loads and start; what will be computed and about how long that takes. Computes nothing else.
@@ -76,7 +76,7 @@ def check(study) -> None:
 @main.command()
 @click.argument("field", required=False)
 @click.option("--markdown", "as_markdown", is_flag=True, help="The whole study file, as Markdown.")
-def explain(field, as_markdown) -> None:
+def explain(field: str | None, as_markdown: bool) -> None:
     """Say what FIELD of a study means and may be.
 
     FIELD is a field, table, dimension or output, such as body.mass or contact_force_D_max; without one: what there is.
@@ -112,7 +112,17 @@ def schema() -> None:
 @click.option("--extend", type=click.IntRange(min=1), metavar="N", help="Add N samples to the finished run.")
 @click.option("--cluster", metavar="ADDRESS", help="Compute on the Dask cluster at ADDRESS, such as tcp://host:8786.")
 @click.option("--compare-section", is_flag=True, help="Run circle and exact section on the same samples and compare.")
-def run(study, samples, seed, workers, out, resume, extend, cluster, compare_section) -> None:
+def run(
+    study: Path | None,
+    samples: int | None,
+    seed: int | None,
+    workers: int | None,
+    out: Path | None,
+    resume: Path | None,
+    extend: int | None,
+    cluster: str | None,
+    compare_section: bool,
+) -> None:
     """Sample STUDY, integrate every sample, summarise.
 
     Writes samples.parquet, summary.csv and pictures. A run that was stopped goes on with --resume DIR; a finished
@@ -127,17 +137,17 @@ def run(study, samples, seed, workers, out, resume, extend, cluster, compare_sec
         raise click.UsageError("name the STUDY file to run, or a directory with --resume.")
     from tolmc.commands.run import resume_run, run_study
 
-    options = {"workers": workers, "cluster": cluster, "compare": compare_section}
+    crew = {"workers": workers, "cluster": cluster}
     if resume is not None:
-        resume_run(resume, study=study, extend=extend or 0, **options)
-    else:
-        run_study(study, samples=samples, seed=seed, out=out, **options)
+        resume_run(resume, compare=compare_section, study=study, extend=extend or 0, **crew)
+    elif study is not None:
+        run_study(study, compare=compare_section, samples=samples, seed=seed, out=out, **crew)
 
 
 @main.command()
 @click.argument("study", type=_FILE)
 @click.option("--out", type=_FILE, help="Picture to write.  [default: <study name>.png]")
-def simulate(study, out) -> None:
+def simulate(study: Path, out: Path | None) -> None:
     """Show the nominal motion of STUDY, with a picture."""
     from tolmc.commands.motions import simulate_study
 
@@ -148,7 +158,7 @@ def simulate(study, out) -> None:
 @click.argument("directory", type=_FILE)
 @click.option("--sample", type=click.IntRange(min=0), required=True, metavar="I", help="Number of the sample, from 0.")
 @click.option("--out", type=_FILE, help="Picture to write.  [default: DIRECTORY/sample_I.png]")
-def replay(directory, sample, out) -> None:
+def replay(directory: Path, sample: int, out: Path | None) -> None:
     """Show the motion of one sample of a run again.
 
     Its full trajectory, with a picture.
@@ -160,7 +170,7 @@ def replay(directory, sample, out) -> None:
 
 @main.command()
 @click.argument("directory", type=_FILE)
-def answers(directory) -> None:
+def answers(directory: Path) -> None:
     """Show four answers of a run side by side.
 
     Worst case, root sum square, Monte Carlo and the accelerated estimate of the run in DIRECTORY. Also writes them there,
@@ -173,7 +183,7 @@ def answers(directory) -> None:
 
 @main.command()
 @click.argument("directory", type=_FILE)
-def report(directory) -> None:
+def report(directory: Path) -> None:
     """Write a run as one self-contained HTML file."""
     from tolmc.commands.report import report_run
 
@@ -183,7 +193,7 @@ def report(directory) -> None:
 @main.command()
 @click.argument("study", type=_FILE)
 @click.option("--out", type=_FILE, help="Directory to write into.  [default: runs/<study name>_allocation]")
-def allocate(study, out) -> None:
+def allocate(study: Path, out: Path | None) -> None:
     """Find the cheapest tolerances that do for STUDY.
 
     Ends with code 3 when the tolerances found could not be shown to meet them.

@@ -88,7 +88,7 @@ def four_answers(study: Study, summary: pd.DataFrame, requirements: pd.DataFrame
     )
 
 
-def _accelerated(model, study: Study, outputs: Sequence[str]) -> tuple[pd.DataFrame | None, str]:
+def _accelerated(model: Model, study: Study, outputs: Sequence[str]) -> tuple[pd.DataFrame | None, str]:
     """The accelerated estimate, or why there is none."""
     try:
         return accelerated_summary(model, study.tolerances, outputs, seed=study.seed), ""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
-import pandas as pd
 from matplotlib.figure import Figure
 
 from tolmc.allocation.allocate import AllocationResult
@@ -18,6 +18,7 @@ from tolmc.pictures import plots
 from tolmc.study.file import load_study
 from tolmc.study.study import Study, StudyError
 from tolmc.tables.allocation import allocation_blocks
+from tolmc.tables.table import Table
 from tolmc.terminal.grid import show
 
 
@@ -57,32 +58,31 @@ def allocate_study(path: str | Path, *, out: str | Path | None = None) -> Alloca
     """
     study = load_study(path)
     result = allocate(study)
-    show(allocation_blocks(result, title=study.title))
+    blocks = list(allocation_blocks(result, title=study.title))
+    show(blocks)
     directory = Path(out or Path("runs") / f"{study.name}_allocation")
-    written(directory, write(result, directory, title=study.title))
+    tables = [block for block in blocks if isinstance(block, Table)]
+    written(directory, write(result, directory, tables=tables, title=study.title))
     return result
 
 
-def write(result: AllocationResult, directory: str | Path, *, title: str) -> list[str]:
+def write(result: AllocationResult, directory: str | Path, *, tables: Iterable[Table], title: str) -> list[str]:
     """Write the tables as CSV (SI units) and cost_against_yield.png; the names of the files."""
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
-    tables: dict[str, pd.DataFrame] = {
-        "dimensions": result.dimensions.reset_index(),
-        "trade_off": result.trade_off,
-        "neighbours": result.neighbours,
-    }
-    for name, table in tables.items():
-        table.to_csv(directory / f"{name}.csv", index=False)
-    plots.save(_picture(result, title), directory / "cost_against_yield.png")
-    return [*(f"{name}.csv" for name in tables), "cost_against_yield.png"]
+    texts = {f"{table.name}.csv": table.csv() for table in tables if table.frame is not None}
+    for name, text in texts.items():
+        (directory / name).write_text(text, encoding="utf-8")
+    picture = "cost_against_yield.png"
+    plots.save(_picture(result, title), directory / picture)
+    return [*texts, picture]
 
 
 def _picture(result: AllocationResult, title: str) -> Figure:
-    out_ppm = (1e6 * (1.0 - share) for share in (result.predicted_yield, result.confirmed.low))
+    predicted, confirmed = (1e6 * (1.0 - share) for share in (result.predicted_yield, result.confirmed.low))
     return plots.draw_cost_against_yield(
         result.trade_off,
-        winner=(result.winner.cost, *out_ppm),
+        winner=(result.winner.cost, predicted, confirmed),
         target_ppm=1e6 * (1.0 - result.plan.target_yield),
         is_met=result.is_met,
         title=title,

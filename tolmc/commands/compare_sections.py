@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -21,10 +22,10 @@ _SHARES = ("share_least", "share_most")
 _NOT_COMPARED = {*quantities.GEOMETRY, *quantities.CHECKS}
 
 
-def compare_run(result: StudyResult) -> None:
-    """Compare the sections on the samples of a run, write section_comparison.csv beside them and print the tables."""
+def compare_run(result: StudyResult, directory: Path) -> None:
+    """Compare the sections on the samples of a run, print the tables and write section_comparison.csv into ``directory``."""
     comparison = compare_sections(result)
-    path = result.directory / "section_comparison.csv"
+    path = directory / "section_comparison.csv"
     comparison.to_csv(path)
     show(comparison_tables(comparison))
     written(path)

@@ -63,7 +63,7 @@ def answer(
     watches_contact : bool
         Whether a loss of contact would have been seen.
     """
-    sentences = []
+    sentences: list[str] = []
     if indices is not None:
         sentences += _influence(study, shares, contributions(indices).drop(columns=INTERACTIONS).dropna())
     if failure_sources is not None and study.specification:

@@ -21,11 +21,10 @@ from tolmc.runs.directory import RunDirectory
 from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.until import looks_of
 from tolmc.statistics.capability import ALL_REQUIREMENTS, capability
-from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.looks import Looks
 from tolmc.statistics.outcomes import without_value
 from tolmc.statistics.summary import count_statuses, summarise_requirements
-from tolmc.statistics.tolerance_intervals import tolerance_interval
+from tolmc.statistics.tolerance_intervals import ToleranceInterval, tolerance_interval
 from tolmc.study.study import Study
 from tolmc.tables.dimensions import constants_table, dimensions_table
 from tolmc.tables.influence import contributions_table, failures_table, indices_table
@@ -202,8 +201,10 @@ class _Content:
             sentences.append(notes.of_looks(self.looks, self.run.record.get("stopped_at")))
         if self.summary is not None:
             sentences.append(notes.of_integration(self.run.record["plan"], self.summary))
-        seen = {"is_watched": self.watches_contact, "on_contact_loss": self.study.on_contact_loss}
-        return [*sentences, *notes.of_contact(self.shares, **seen)]
+        of_contact = notes.of_contact(
+            self.shares, is_watched=self.watches_contact, on_contact_loss=self.study.on_contact_loss
+        )
+        return [*sentences, *of_contact]
 
     def tables(self) -> list[Table]:
         """Those that have something to say."""
@@ -230,7 +231,7 @@ class _Content:
         if (indices := self._table("sobol_indices.csv")) is not None:
             yield indices_table(indices, self.foremost)
 
-    def _tolerance_intervals(self) -> dict[str, Estimate]:
+    def _tolerance_intervals(self) -> dict[str, ToleranceInterval]:
         return {
             name: tolerance_interval(
                 self.samples[name].mask(without_value(self.samples, name, **self.judged)),

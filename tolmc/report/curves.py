@@ -36,7 +36,8 @@ def panels(curves: pd.DataFrame, outputs: Iterable[str], specification: Specific
     The panels of a row share their scale, so that slopes compare.
     """
     known = [name for name in outputs if name in curves and curves[name].notna().any()]
-    return [list(_row(curves, name, specification.get(name, {}).values())) for name in known]
+    limits = {name: [limit for limit in specification.get(name, {}).values() if limit is not None] for name in known}
+    return [list(_row(curves, name, limits[name])) for name in known]
 
 
 def _row(curves: pd.DataFrame, output: str, limits: Iterable[float]) -> Iterable[Panel]:

@@ -138,7 +138,7 @@ def _surrogate(result: AllocationResult) -> Table:
             cells(quantities.label(name), f"{row['degree']:.0f}", f"{row['held_out_error'] * factor:.1e} {unit}", share)
         )
     columns = ("Output", "degree", "held-out error", "of its spread")
-    return Table("surrogate", columns, tuple(rows), title="Surrogate over the zones on offer", frame=described)
+    return Table("surrogate", columns, tuple(rows), title="Surrogate over the zones on offer")
 
 
 def _heading(name: str) -> str:

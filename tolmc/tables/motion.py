@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +12,13 @@ from tolmc.mechanism.scene import Scene
 from tolmc.tables.table import Column, Note, Number, Table, cells, plain
 from tolmc.text.numbers import NEGLIGIBLE
 
+if TYPE_CHECKING:
+    from tolmc.simulation.trajectory import Trajectory
+
 _INSTANTS = 11
 
 
-def motion_blocks(trajectory, scene: Scene, *, title: str) -> Iterator[Table | Note]:
+def motion_blocks(trajectory: Trajectory, scene: Scene, *, title: str) -> Iterator[Table | Note]:
     """A motion at some instants, the extremes of its contact forces, and its status."""
     forces = np.where(
         np.abs(trajectory.contact_force) < NEGLIGIBLE * np.nanmax(np.abs(trajectory.contact_force), initial=0.0),
@@ -32,7 +36,7 @@ def motion_blocks(trajectory, scene: Scene, *, title: str) -> Iterator[Table | N
     yield Note(f"Status: {trajectory.status}")
 
 
-def _instants(trajectory, forces: np.ndarray, title: str) -> Table:
+def _instants(trajectory: Trajectory, forces: np.ndarray, title: str) -> Table:
     rows = [
         cells(
             Number(trajectory.time[i], 4),
@@ -45,12 +49,12 @@ def _instants(trajectory, forces: np.ndarray, title: str) -> Table:
     return Table("motion", ("t, s", "X0, mm", "Y0, mm", "tilt, deg", "N_D, N", "N_E, N"), tuple(rows), title=title)
 
 
-def sample_table(row: Mapping[str, object]) -> Table:
+def sample_table(row: Mapping[str, float | str]) -> Table:
     """One row of a run: its inputs and outputs."""
     rows = []
     for name, value in row.items():
-        if name == "status":
-            rows.append(cells("Status", str(value), ""))
+        if isinstance(value, str):
+            rows.append(cells(quantities.label(name), value, ""))
         else:
             unit, factor = quantities.shown(name)
             rows.append(cells(quantities.label(name), Number(value * factor), unit))

@@ -11,6 +11,7 @@ from tolmc import quantities
 from tolmc.statistics.capability import ALL_REQUIREMENTS
 from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.outcomes import ANY_REQUIREMENT
+from tolmc.statistics.tolerance_intervals import ToleranceInterval
 from tolmc.study.study import Study
 from tolmc.tables.table import Cell, Column, Estimated, Number, Share, Table, cells, plain
 from tolmc.text.phrases import EVENTS, TONES, judged, limits, unit
@@ -94,7 +95,7 @@ def _count_out(counted: pd.Series) -> str:
     return f"{least:,.0f}" if least == most else f"{least:,.0f} to {most:,.0f}"
 
 
-def capability_table(capability: pd.DataFrame, intervals: Mapping[str, Estimate]) -> Table:
+def capability_table(capability: pd.DataFrame, intervals: Mapping[str, ToleranceInterval]) -> Table:
     """Capability indices and tolerance intervals (``intervals``: low, high by output, SI)."""
     found = capability.loc[list(intervals)].dropna(subset="ppm_if_normal")
     ends = pd.DataFrame(intervals, index=["tolerance_interval_low", "tolerance_interval_high"]).T
@@ -111,7 +112,7 @@ def capability_table(capability: pd.DataFrame, intervals: Mapping[str, Estimate]
     )
 
 
-def _capability_rows(found: pd.DataFrame, intervals: Mapping[str, Estimate]) -> Iterator[tuple[Cell, ...]]:
+def _capability_rows(found: pd.DataFrame, intervals: Mapping[str, ToleranceInterval]) -> Iterator[tuple[Cell, ...]]:
     for name, row in found.iterrows():
         low, high = (quantities.shown(name)[1] * end for end in intervals[name])
         yield cells(

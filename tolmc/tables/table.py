@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import ModuleType
+from typing import Protocol
 
 import pandas as pd
 
@@ -32,6 +32,15 @@ __all__ = [
 ]
 
 
+class Notation(Protocol):
+    """How numbers are written: :mod:`tolmc.text.plain` or :mod:`tolmc.text.typeset`; pairs are a text and its small print."""
+
+    def number(self, value: float, digits: int = ...) -> str: ...
+    def to_decimals(self, value: float, decimals: int) -> str: ...
+    def estimate(self, value: float, low: float, high: float, *, digits: int = ...) -> tuple[str, str]: ...
+    def share(self, value: float, low: float, high: float) -> tuple[str, str]: ...
+
+
 @dataclass(frozen=True)
 class Number:
     """A value in the unit shown, to so many significant ``digits``, or to so many ``decimals``; ``unit`` stands behind it."""
@@ -41,7 +50,7 @@ class Number:
     decimals: int | None = None
     unit: str = ""
 
-    def texts(self, notation: ModuleType) -> tuple[str, str]:
+    def texts(self, notation: Notation) -> tuple[str, str]:
         if self.decimals is None:
             text = notation.number(self.value, self.digits)
         else:
@@ -62,14 +71,15 @@ class Estimated:
     @classmethod
     def of(cls, row: Mapping[str, float], key: str, factor: float = 1.0, **digits: int) -> Estimated:
         """From the entries ``key``, ``key_low`` and ``key_high``, times ``factor``."""
-        return cls(*(factor * row[f"{key}{end}"] for end in ("", "_low", "_high")), **digits)
+        value, low, high = (factor * row[f"{key}{end}"] for end in ("", "_low", "_high"))
+        return cls(value, low, high, **digits)
 
     @property
     def ends(self) -> tuple[float, float, float]:
         """Value, low, high."""
         return self.value, self.low, self.high
 
-    def texts(self, notation: ModuleType) -> tuple[str, str]:
+    def texts(self, notation: Notation) -> tuple[str, str]:
         digits = self.narrow if notation is plain else self.digits
         return notation.estimate(*self.ends, digits=digits)
 
@@ -78,7 +88,7 @@ class Estimated:
 class Share(Estimated):
     """A share of the samples with its interval, as a number from 0 to 1."""
 
-    def texts(self, notation: ModuleType) -> tuple[str, str]:
+    def texts(self, notation: Notation) -> tuple[str, str]:
         return notation.share(*self.ends)
 
 
@@ -96,7 +106,7 @@ class Cell:
     bar: float | None = None
     tone: str = ""
 
-    def written(self, notation: ModuleType) -> WrittenCell:
+    def written(self, notation: Notation) -> WrittenCell:
         text, detail = (self.content, "") if isinstance(self.content, str) else self.content.texts(notation)
         return WrittenCell(text, self.detail or detail, self.deviations, self.bar, self.tone)
 
@@ -132,7 +142,7 @@ class Column:
 
     heading: str
     words: bool = False
-    only: ModuleType | None = None
+    only: Notation | None = None
 
 
 @dataclass(frozen=True)
@@ -185,7 +195,7 @@ class Table:
     def __bool__(self) -> bool:
         return bool(self.rows)
 
-    def written(self, notation: ModuleType) -> Written:
+    def written(self, notation: Notation) -> Written:
         """The table in texts, with the columns that the notation shows."""
         columns = [Column(column) if isinstance(column, str) else column for column in self.columns]
         shown = [i for i, column in enumerate(columns) if column.only in (None, notation)]
@@ -200,8 +210,8 @@ class Table:
         )
 
     def csv(self) -> str:
-        """The table in full precision, an unnamed index left out."""
-        return self.frame.to_csv(index=self.frame.index.names != [None])
+        """The table in full precision, an unnamed index left out; "" without a frame."""
+        return "" if self.frame is None else self.frame.to_csv(index=self.frame.index.names != [None])
 
 
 @dataclass(frozen=True)

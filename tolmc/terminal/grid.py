@@ -63,8 +63,8 @@ class Grid:
         title = Text(self.table.title, style="bold") if 1 in part or len(self.table.header) == 1 else None
         drawn = RichTable(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
         for i in part:
-            justify = "left" if i in self.table.left else "right"
-            drawn.add_column(Text(self.table.header[i]), justify=justify, overflow="fold")
+            heading, is_left = Text(self.table.header[i]), i in self.table.left
+            drawn.add_column(heading, justify="left" if is_left else "right", overflow="fold")
         for row in self._rows:
             drawn.add_row(*(row[i] for i in part))
         return drawn
