@@ -157,12 +157,16 @@ class Dimension:
     @property
     def mean(self) -> float:
         """Mean of the samples."""
-        return self.distribution.moments(self)[0] if self.is_varied else self.nominal
+        return self._moments[0]
 
     @property
     def sd(self) -> float:
         """Standard deviation of the samples."""
-        return self.distribution.moments(self)[1] if self.is_varied else 0.0
+        return self._moments[1]
+
+    @cached_property
+    def _moments(self) -> tuple[float, float]:
+        return self.distribution.moments(self) if self.is_varied else (self.nominal, 0.0)
 
     def ppf(self, u: ArrayLike):
         """Value below which the share u of the samples lies, 0 < u < 1."""

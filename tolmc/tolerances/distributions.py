@@ -289,10 +289,12 @@ class Scipy(Distribution):
 
     def _tails(self, dimension) -> tuple[float, float, float]:
         below, above = self._frozen.cdf(dimension.lower), self._frozen.sf(dimension.upper)
-        return below, above, self._frozen.cdf(dimension.upper) - below
+        # In the upper tail the difference of what lies above the limits is the precise one.
+        inside = self._frozen.sf(dimension.lower) - above if below > 0.5 else self._frozen.cdf(dimension.upper) - below
+        return float(below), float(above), float(inside)
 
     def check(self, dimension) -> None:
-        if self.truncated and self._tails(dimension)[2] < 1e-6:
+        if self.truncated and not self._tails(dimension)[2] >= 1e-6:  # NaN as well
             raise ValueError(
                 f"Dimension {dimension.name}: {self.name} has less than 1e-6 of its probability between the "
                 f"limits {dimension.lower!r} and {dimension.upper!r}; check loc and scale, which are in SI "
@@ -309,9 +311,10 @@ class Scipy(Distribution):
     def moments(self, dimension):
         if not self.truncated:
             return float(self._frozen.mean()), float(self._frozen.std())
-        within = {"lb": dimension.lower, "ub": dimension.upper, "conditional": True}
-        mean = self._frozen.expect(lambda x: x, **within)
-        return float(mean), math.sqrt(self._frozen.expect(lambda x: (x - mean) ** 2, **within))
+        below, _, inside = self._tails(dimension)
+        return _moments_of_quantile(
+            lambda p, q: self.quantile(p, q, dimension), split=min(max((0.5 - below) / inside, 0.0), 1.0)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -406,6 +409,34 @@ class Measured(Distribution):
     def moments(self, dimension):
         variance = np.var(self.values) + (self.bandwidth**2 if self.method == "kernel" else 0.0)
         return float(self.values.mean()), math.sqrt(variance)
+
+
+def _double_exponential() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """p, 1 - p and weights of the integral over 0 < p < 1 that no singularity at its ends disturbs (Takahasi & Mori 1974)."""
+    t = np.arange(-3.3, 3.3 + 1 / 32, 1 / 16)
+    s = math.pi * np.sinh(t)
+    p, q = special.expit(s), special.expit(-s)
+    weights = np.cosh(t) * p * q
+    return p, q, weights / weights.sum()
+
+
+def _moments_of_quantile(quantile, *, split: float) -> tuple[float, float]:
+    """Mean and standard deviation of a bounded quantile function, from itself.
+
+    Integrals of the density in the dimension's own unit would look for a peak of micrometres somewhere in metres. The
+    ``split`` is where a quantile function may have a cusp within (0, 1): where the density of a symmetric one vanishes.
+    """
+    p, q, weights = _double_exponential()
+    values, masses = [], []
+    for start, end in ((0.0, split), (split, 1.0)):
+        if end > start:
+            values.append(quantile(start + (end - start) * p, (1.0 - end) + (end - start) * q))
+            masses.append((end - start) * weights)
+    x, mass = np.concatenate(values), np.concatenate(masses)
+    # Deviations from a value of its own: a spread of micrometres keeps its digits beside a mean of metres.
+    deviations = x - x[len(x) // 2]
+    offset = float(mass @ deviations)
+    return float(x[len(x) // 2] + offset), math.sqrt(float(mass @ np.square(deviations - offset)))
 
 
 def _score(p, q):
