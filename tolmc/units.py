@@ -96,9 +96,9 @@ def read(value: object, unit: str) -> float:
 
 
 def _read_string(text: str, unit: str) -> float:
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(text.replace("\N{MINUS SIGN}", "-"))
     if match is None:
-        raise ValueError(f"expected {_KINDS[unit].words}; {remedy(unit)}")
+        raise ValueError(_slip(text, unit) or f"expected {_KINDS[unit].words}; {remedy(unit)}")
     number, written = Decimal(match[1]), " ".join(match[2].replace("μ", "µ").split())
     if not written and unit != "1":
         raise ValueError(f"it has no unit; {remedy(unit)}")
@@ -114,6 +114,48 @@ def _read_temperature(number: Decimal, written: str) -> float:
         raise ValueError(f"its unit {written!r} is not that of a temperature; {remedy('°C')}")
     zero, factor = _TEMPERATURE[written]
     return float((number - zero) * factor)
+
+
+_NUMBER = r"[+-]?\d+(?:[.,]\d+)?"
+
+
+def _slip(text: str, unit: str) -> str:
+    """What is wrong with a text that is no quantity, where it shows one of the usual slips; otherwise nothing."""
+    if mark := re.search(r"±|\+\s*/?\s*-", text):
+        value, tolerance = text[: mark.start()].strip(), text[mark.end() :].strip()
+        written = tolerance.lstrip("0123456789.,eE+- ")
+        if not value:
+            return f"a tolerance is given without its sign; write {tolerance!r}"
+        value = f"{value} {written}" if re.fullmatch(_NUMBER, value) else value
+        return f'a tolerance stands in a field of its own; write {{ nominal = "{value}", tolerance = "{tolerance}" }}'
+    number = re.match(r"\s*[+-]?\d[\d.,'’_\s]*", text)
+    if number is None:
+        return ""
+    digits, rest = number[0].strip().rstrip(".,"), text[number.end() :]
+    if re.fullmatch(r"[+-]?\d+,\d+", digits):
+        meant = f"{digits.replace(',', '.')} {rest.strip()}".strip()
+        return f"its decimal sign is a comma; write {meant!r}"
+    if re.search(r"\d[.,'’_\s]\d", digits) and not re.fullmatch(_NUMBER, digits):
+        return f"its digits are parted by other signs than one decimal point; {remedy(unit)}"
+    return ""
+
+
+# What is written for a unit in other notations, without case, spaces and products' signs.
+_ALIASES = {"u/min": "rpm", "1/min": "rpm", "min^-1": "rpm", "min-1": "rpm", "upm": "rpm", "rpm": "rpm", "grad": "deg"}
+
+
+def _close_unit(written: str, unit: str) -> str:
+    """``; did you mean 'N m'?`` where the unit is one of ours in another notation, otherwise nothing."""
+
+    def plain(text: str) -> str:
+        return re.sub(r"[\s*·.^]", "", text.replace("²", "2")).casefold()
+
+    known = _COMMON.get(unit, {})
+    close = [name for name in known if plain(name) == plain(written)]
+    close += [
+        name for alias, name in _ALIASES.items() if alias == written.casefold().replace(" ", "") and name in known
+    ]
+    return f"; did you mean {close[0]!r}?" if close else ""
 
 
 @cache
@@ -132,12 +174,13 @@ def _pint_factor(written: str, unit: str) -> Decimal:
     try:
         factor, base = registry.get_base_units(registry.Unit(written.replace("·", "*")))
     except pint.UndefinedUnitError:
-        raise ValueError(f"its unit {written!r} is unknown; {remedy(unit)}") from None
+        raise ValueError(f"its unit {written!r} is unknown{_close_unit(written, unit) or ';'} {remedy(unit)}") from None
     except (pint.PintError, ArithmeticError):
         raise ValueError(f"its unit {written!r} cannot be read; {remedy(unit)}") from None
     # Base units, not dimensions: pint would let 10 Hz pass for 10 rad/s, and a percentage for an angle.
     _, expected = registry.get_base_units(registry.Unit("" if unit == "1" else unit))
     if base != expected or factor is None:
         ambiguous = " (Hz and 1/s do not say whether turns or radians)" if unit == "rad/s" else ""
-        raise ValueError(f"its unit {written!r} is not that of {_KINDS[unit].words}{ambiguous}; {remedy(unit)}")
+        close = _close_unit(written, unit) or ";"
+        raise ValueError(f"its unit {written!r} is not that of {_KINDS[unit].words}{ambiguous}{close} {remedy(unit)}")
     return Decimal(factor)

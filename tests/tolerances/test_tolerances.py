@@ -357,12 +357,8 @@ def test_measured_values_from_csv(tmp_path):
     with pytest.raises(ValueError, match=r"no column 'radius'.*part, diameter"):
         Measured.from_csv(path, "radius")
     path.write_text("diameter\n19.93\n19.95 mm\n")
-    with pytest.raises(ValueError, match=r"'diameter', data row 2 holds '19.95 mm'"):
+    with pytest.raises(ValueError, match=r"line 3, column 'diameter' holds '19.95 mm'"):
         Measured.from_csv(path, "diameter")
-    for text in ("", "diameter\n19,93\n19,93,2\n"):
-        path.write_text(text)
-        with pytest.raises(ValueError, match=r"shafts.csv is not understood.*decimal points"):
-            Measured.from_csv(path, "diameter")
 
 
 def test_natural_limits_of_a_distribution_with_its_own_scale():

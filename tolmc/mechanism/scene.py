@@ -133,7 +133,8 @@ class Body:
             raise ValueError(
                 f"Body: inertia about the centre of mass has principal moments {moments.tolist()} kg m^2; allowed: "
                 "all >= 0, none larger than the sum of the other two. inertia is taken about O, the point in the "
-                "bearing's middle plane: use Body.from_centroidal for moments about the centre of mass."
+                "bearing's middle plane: give moments about the centre of mass as such (centroidal_inertia in a study, "
+                "Body.from_centroidal)."
             )
 
     def __eq__(self, other: object) -> bool:

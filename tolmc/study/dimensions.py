@@ -6,6 +6,7 @@ half_length    = { lower = "19.9 mm", upper = "20.1 mm" }                 limits
 bearing_radius = { diameter = "40 H7" }                                   ISO 286 class of the diameter
 fit            = "40 H7/d9"                                               both radii
 journal_radius = { data = "rings.csv", column = "d", unit = "0.5 mm" }    measured (here: diameters in mm)
+                   separator = ";", decimal = ","                         in it, for files of other countries
 mass           = { tolerance = "5 g", distribution = "uniform" }          any other scalar; nominal from its section
 """
 
@@ -29,6 +30,7 @@ from tolmc.study.fields import (
 )
 from tolmc.study.sections import DimensionSection, DimensionsSection
 from tolmc.tolerances import fits
+from tolmc.tolerances.csv_column import read_column
 from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Beta, Distribution, Measured, Normal, Scipy, Triangular, Uniform
 
@@ -46,7 +48,7 @@ _OPTIONS = {
     "triangular": ("mode",),
     "beta": ("alpha", "beta"),
     "scipy.stats": ("arguments", "truncated"),
-    "data": ("data", "column", "unit", "method", "bandwidth"),
+    "data": ("data", "column", "unit", "separator", "decimal", "method", "bandwidth"),
 }
 _ALL_OPTIONS = tuple(dict.fromkeys(option for options in _OPTIONS.values() for option in options))
 _NAMED = {"uniform": Uniform, "triangular": Triangular, "beta": Beta}
@@ -71,7 +73,7 @@ class DimensionsTable:
         check_names(table, (*SCALARS, *common), "dimensions")
         given = validated(DimensionsSection, {name: table[name] for name in common if name in table}, "dimensions")
         self.data_folder, self.data_files = data_folder, {}
-        self.lot_size = given.lot_size
+        self.lot_size, self.written = given.lot_size, table
         sizes = {} if given.fit is None else _fit_sizes(given.fit)
         names = [name for name in SCALARS if name in table or name in sizes]
         self.entries = {name: _entry(name, table.get(name, {})) for name in names}
@@ -102,9 +104,11 @@ class DimensionsTable:
     def _dimension(self, name: str, nominal: float) -> Dimension:
         entry, limits = self.entries[name], self.limits[name]
         if name not in JOINT and entry.nominal is not None:
+            written = self.written[name]
+            written = short(written["nominal"] if isinstance(written, dict) else written)
             raise Faults(
-                f"{place('dimensions', name, 'nominal')} = {entry.nominal!r} does not belong here: the nominal value, "
-                f"{nominal!r}, comes from the section that describes it. Leave it out."
+                f"{place('dimensions', name, 'nominal')} = {written} does not belong here: the nominal value "
+                "comes from the section that describes it. Leave it out."
             )
         if entry.tolerance is not None:
             limits = nominal + entry.tolerance[0], nominal + entry.tolerance[1]
@@ -114,7 +118,7 @@ class DimensionsTable:
             if idle or name not in JOINT:
                 raise Faults(f"{place('dimensions', name)} has no tolerance; add tolerance, or lower and upper.")
         lots = {"lot_share": entry.lot_share, "lot_sd": entry.lot_sd}
-        with in_section("dimensions"):
+        with in_section("dimensions", name, written=self.written.get(name, self.written.get("fit"))):
             return Dimension(
                 name, nominal, *(limits or (None, None)), distribution, **lots, toleranced_size=self.sizes.get(name)
             )
@@ -136,7 +140,7 @@ class DimensionsTable:
                 f"it: {', '.join(_OPTIONS[kind]) or 'nothing more'}."
             )
         options = {option: getattr(entry, option) for option in _given(entry, *_OPTIONS[kind])}
-        with in_section("dimensions", name):
+        with in_section("dimensions", name, written=self.written.get(name)):
             if kind == "data":
                 return self._measured(**options)
             if kind == "scipy.stats":
@@ -148,17 +152,27 @@ class DimensionsTable:
     def _measured(self, *, data: str | None = None, column: str | None = None, unit: float | None = None, **options):
         if data is None or column is None or unit is None:
             raise ValueError('measured values need data = "file.csv", column = "name" and unit = "mm"')
-        # A run keeps a copy of the file at the same relative path, so the path must not leave the folder.
-        relative = PurePosixPath(data)
-        if relative.is_absolute() or ".." in relative.parts or "\\" in data or ":" in data:
-            raise ValueError(f"data = {short(data)} must lie in the study's folder; give a relative path without '..'")
+        relative = _relative(data)
         path = self.data_folder / relative
         try:
             content = path.read_bytes()
         except OSError as error:
             raise ValueError(f"data file {path} cannot be read: {error.strerror}; check its path") from None
         self.data_files[str(relative)] = content
-        return Measured.from_csv(path, column, unit=unit, **options)
+        notation = {name: options.pop(name) for name in ("separator", "decimal") if name in options}
+        return Measured(read_column(content, f"data file {path}", column, **notation) * unit, **options)
+
+
+def _relative(data: str) -> PurePosixPath:
+    """The path of a data file. A run keeps a copy of the file at the same relative path, so it must not leave the folder."""
+    if "\\" in data or any(ord(sign) < 32 for sign in data):  # "\b" in double quotes is one sign already
+        raise ValueError(
+            f"data = {short(data)} has a backslash (which starts an escape in double quotes); write / instead"
+        )
+    relative = PurePosixPath(data)
+    if relative.is_absolute() or ".." in relative.parts or ":" in data:
+        raise ValueError(f"data = {short(data)} must lie in the study's folder; give a relative path without '..'")
+    return relative
 
 
 def _given(entry: DimensionSection, *names: str) -> list[str]:
@@ -179,7 +193,7 @@ def _limits(name: str, entry: DimensionSection, fit_size: str | None) -> tuple[f
         raise Faults(f"{place('dimensions', name)}: {' and '.join(ways)} both set its limits; leave one out.")
     size = fit_size if entry.diameter is None else entry.diameter
     if size is not None:
-        with in_section("dimensions"):
+        with in_section("dimensions", name):
             dimension = Dimension.from_tolerance_class(name, size)
         return dimension.lower, dimension.upper
     return None if entry.lower is None else (entry.lower, entry.upper)

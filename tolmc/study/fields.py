@@ -5,10 +5,13 @@ Pydantic checks; what it finds is put into our words: the field, its value, what
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import datetime
 from difflib import get_close_matches
+from itertools import islice
 from reprlib import Repr
 from typing import Annotated, Any, TypeVar, get_args
 
@@ -191,12 +194,13 @@ def validated(model: type[_Table], table: object, *where: str, context: str | No
 
 
 @contextmanager
-def in_section(*where: str) -> Iterator[None]:
-    """Errors of the objects that a section describes become Faults that name the section."""
+def in_section(*where: str, written: object = None) -> Iterator[None]:
+    """Errors of the objects that a section describes become Faults that name the section, and what is ``written`` there."""
     try:
         yield
     except (ValueError, TypeError, ArithmeticError) as error:
-        raise Faults(f"{place(*where)}: {error}") from None
+        stands = "" if written is None else f" = {short(written)}"
+        raise Faults(f"{place(*where)}{stands}: {error}") from None
 
 
 def check_names(table: Mapping[str, object], allowed: Iterable[str], *where: str) -> None:
@@ -213,17 +217,46 @@ def place(*where: str | int) -> str:
     return f"[{section}] {'.'.join(fields)}".rstrip()
 
 
+#: Other names of what a study may say, in lower case.
+_SYNONYMS = {
+    "gaussian": "normal", "gauss": "normal", "rectangular": "uniform", "flat": "uniform", "triangle": "triangular",
+    "lhs": "latin_hypercube", "lhc": "latin_hypercube", "latin": "latin_hypercube", "monte_carlo": "random", "mc": "random",
+    "qmc": "sobol", "rk": "rk8", "dop853": "rk8", "bore": "bearing_radius", "shaft": "journal_radius", "com": "center_of_mass",
+    "centre_of_mass": "center_of_mass", "cog": "center_of_mass", "std": "sd", "stdev": "sd", "median": "q50",
+}  # fmt: skip
+
+
 def suggestion(word: str, allowed: Iterable[str]) -> str:
-    """``; did you mean 'mass'?`` where something allowed is close, otherwise nothing."""
-    close = get_close_matches(word, list(allowed), 1)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    """``; did you mean 'mass'?`` where something allowed is close or has that other name, otherwise nothing."""
+    known = {name.casefold(): name for name in allowed}
+    plain = re.sub(r"[\s-]+", "_", word.strip().casefold())
+    close = [name for name in (_SYNONYMS.get(plain, plain),) if name in known] or get_close_matches(plain, known, 1)
+    return f"; did you mean {known[close[0]]!r}?" if close else ""
+
+
+class _Toml(Repr):
+    """Values in a study's own notation, cut where they are long."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxother = self.maxlong = 60
+
+    def repr_bool(self, value: bool, level: int) -> str:
+        return str(value).lower()
+
+    def repr_dict(self, value: dict, level: int) -> str:
+        shown = [f"{key} = {self.repr1(item, level - 1)}" for key, item in islice(value.items(), self.maxdict)]
+        return f"{{ {', '.join([*shown, *(['...'] if len(value) > self.maxdict else [])])} }}" if value else "{}"
+
+    def repr_datetime(self, value: datetime, level: int) -> str:
+        return value.isoformat()
+
+    repr_date = repr_time = repr_datetime
 
 
 def short(value: object) -> str:
     """A value as an error message shows it."""
-    shortener = Repr()
-    shortener.maxstring = shortener.maxother = shortener.maxlong = 60
-    return shortener.repr(value)
+    return _Toml().repr(value)
 
 
 def _unknown(field: str, name: str, value: object, allowed: tuple[str, ...]) -> str:
@@ -248,13 +281,39 @@ def _sentence(model: type[Section], item: dict, where: tuple[str, ...]) -> str:
         close = suggestion(item["input"], allowed.replace("'", "").replace(" or ", ", ").split(", ")) if isinstance(
             item["input"], str) else ""  # fmt: skip
         return f"{field} = {value} is not possible{close or ';'} Allowed: {allowed}."
-    expected = {
-        "model_type": "a table",
-        "dict_type": "a table",
-        "string_type": "a text in quotes",
-        "bool_type": "true or false",
-    }
+    if kind in ("model_type", "dict_type"):
+        return f"{field} = {value}: expected a table{_example(loc)}."
+    expected = {"string_type": "a text in quotes", "bool_type": "true or false"}
     return f"{field} = {value}: expected {expected.get(kind, item['msg'])}."
+
+
+#: What a table holds, for those who wrote something else in its place.
+_EXAMPLES = {
+    "dimensions": 'bearing_radius = { nominal = "20 mm", tolerance = "0.05 mm" }',
+    "body": 'mass = "0.5 kg"',
+    "loads": 'gravity = [0, "-9.81 m/s^2", 0]',
+    "motion": 'alpha = "-110 deg"',
+    "model": 'section = "exact"',
+    "monte_carlo": "samples = 100000",
+    "correlation": "bearing_radius.journal_radius = 0.5",
+    "specification": 'tilt_angle = { max = "25 deg" }',
+    "solid_cylinder": 'radius = "30 mm", length = "100 mm"',
+    "until": 'output = "contact_force_D_max", statistic = "mean", width = "0.01 N"',
+    "arguments": 'loc = "20 mm", scale = "0.01 mm"',
+}
+
+
+def _example(loc: list) -> str:
+    if not loc:
+        return ', such as { max = "25 deg" }'
+    example = _EXAMPLES.get(str(loc[-1]))
+    if example is None:
+        return ""
+    return (
+        f", such as {{ {example} }}"
+        if len(loc) > 1 or loc[-1] == "arguments"
+        else f": [{loc[-1]}] and below it {example}"
+    )
 
 
 def _owner(model: type[Section], loc: list) -> type[Section]:

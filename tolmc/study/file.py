@@ -6,6 +6,7 @@ kind or out of range ends in a :class:`StudyError` that names the field, its val
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
@@ -13,14 +14,17 @@ from pathlib import Path
 from typing import Any
 
 from tolmc import quantities
+from tolmc.encoding import decoded
 from tolmc.mechanism.operating import Operating
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
+from tolmc.quantities import JOINT
 from tolmc.study.dimensions import DimensionsTable
 from tolmc.study.fields import (
     Faults,
     check_names,
     in_section,
     place,
+    short,
     validated,
 )
 from tolmc.study.sections import BodySection, LimitsSection, MonteCarloSection, StudyFile
@@ -43,24 +47,45 @@ def load_study(path: str | Path, *, data_folder: str | Path | None = None) -> St
     """
     path = Path(path)
     try:
-        source = path.read_bytes().decode("utf-8")
-        content = tomllib.loads(source)
+        source = decoded(path.read_bytes())
     except OSError as error:
         raise StudyError(f"{path} cannot be read: {error.strerror or error}. Check the path of the study.") from None
-    except UnicodeDecodeError as error:
-        raise StudyError(f"{path} is no text in UTF-8 (byte {error.start}); a study is a TOML file.") from None
+    except ValueError as error:
+        raise StudyError(f"{path} has {error}. A study is a TOML file.") from None
+    try:
+        content = tomllib.loads(source)
     except (ValueError, RecursionError) as error:
-        raise StudyError(f"{path} is no valid TOML: {error}. See https://toml.io for the syntax.") from None
+        raise StudyError(f"{path} is no valid TOML: {error}.{_toml_remedy(str(error), source)}") from None
     try:
         return _study(path.stem, source, content, Path(data_folder or path.parent))
     except Faults as faults:
         raise StudyError("\n".join(f"{path}: {sentence}" for sentence in faults.sentences)) from None
 
 
+def _toml_remedy(error: str, source: str) -> str:
+    """What to do about a sentence of the TOML reader, by the line that it names."""
+    at = re.search(r"at line (\d+)", error)
+    line = source.splitlines()[int(at[1]) - 1].strip() if at and int(at[1]) <= len(source.splitlines()) else ""
+    if error.startswith("Cannot overwrite"):
+        key = line.partition("=")[0].strip()
+        return f" {key} is given twice in its table: {short(line)} and before; keep one."
+    if error.startswith("Cannot declare"):
+        return f" {line.partition('#')[0].strip()} is there twice; put everything of it below one."
+    if "\\" in line and '"' in line:
+        return f" In {short(line)} a backslash starts an escape; write paths with / or in single quotes."
+    if re.search("[\u2018\u2019\u201c\u201d\u201e]", line):
+        return f' {short(line)} has typographic quotes; write ".'
+    if re.search(r"=\s*[+-]?[0-9.]+\s*[A-Za-z°µ%]", line):
+        return f' In {short(line)} a value with a unit needs quotes, such as "20 mm".'
+    if re.search(r"=\s*[+-]?[0-9]+,[0-9]", line):
+        return f" In {short(line)} the decimal sign is a comma; write a point."
+    return " See https://toml.io for the syntax."
+
+
 def _study(name: str, source: str, content: dict[str, Any], data_folder: Path) -> Study:
     file = validated(StudyFile, content)
     table = DimensionsTable(file.dimensions, data_folder)
-    scene = _scene(file, table.joint)
+    scene = _scene(file, content, table.joint)
     settings = file.monte_carlo.model_dump()
     outputs = settings.pop("outputs")
     specification = _specification(file.specification, outputs)
@@ -81,14 +106,15 @@ def _study(name: str, source: str, content: dict[str, Any], data_folder: Path) -
     )
 
 
-def _scene(file: StudyFile, joint: dict[str, float]) -> Scene:
-    with in_section("dimensions"):
+def _scene(file: StudyFile, content: dict[str, Any], joint: dict[str, float]) -> Scene:
+    written = {name: content["dimensions"].get(name, content["dimensions"].get("fit")) for name in JOINT}
+    with in_section("dimensions", written=written):
         joint = Joint(**joint, section=file.model.section)
-    with in_section("body"):
+    with in_section("body", written=content["body"]):
         body = _body(file.body)
-    with in_section("loads"):
+    with in_section("loads", written=content.get("loads")):
         loads = Loads(**file.loads.model_dump())
-    with in_section("motion"):
+    with in_section("motion", written=content["motion"]):
         start = file.motion.model_dump()
         scene = Scene(joint, body, loads, duration=start.pop("duration"), motion=Motion(**start))
     if file.operating is None:
@@ -130,13 +156,14 @@ def _inertia_law(body: BodySection, dimensions: Mapping[str, Any]) -> str:
 def _specification(table: dict[str, Any], outputs: list[str] | None) -> dict[str, dict[str, float]]:
     check_names(table, quantities.OUTPUTS, "specification")
     specification = {}
-    for name, limits in table.items():
-        limits = validated(LimitsSection, limits, "specification", name, context=quantities.unit(name))
+    for name, written in table.items():
+        limits = validated(LimitsSection, written, "specification", name, context=quantities.unit(name))
         given = limits.model_dump(exclude_none=True)
         if not given:
             raise Faults(f"{place('specification', name)} sets no limit; give min, max or both.")
         if given.get("min", -float("inf")) > given.get("max", float("inf")):
-            raise Faults(f"{place('specification', name)}: min = {limits.min!r} is above max = {limits.max!r}.")
+            low, high = short(written["min"]), short(written["max"])
+            raise Faults(f"{place('specification', name)}: min = {low} is above max = {high}; exchange them.")
         if outputs is not None and name not in outputs:
             raise Faults(f"{place('specification', name)} is not among [monte_carlo] outputs; add it there.")
         specification[name] = given

@@ -90,6 +90,10 @@ class DimensionSection(Section):
     """Its column."""
     unit: _Unit | None = None
     """Unit of the column."""
+    separator: Literal[",", ";", "\t", "|"] | None = None
+    """What parts its columns: a comma, or a semicolon where the decimal sign is a comma, when not given."""
+    decimal: Literal[".", ","] | None = None
+    """Its decimal sign: a point when not given."""
     method: Literal["bootstrap", "kernel"] | None = None
     """Measured values themselves ("bootstrap"), or smoothed ("kernel")."""
     bandwidth: OwnDifference | None = None

@@ -134,6 +134,10 @@ class Dimension:
         for name, largest in (("lot_share", 1.0), ("lot_sd", self.sd if self.lot_sd is not None else 0.0)):
             if getattr(self, name) is None:
                 continue
+            if not np.isfinite(largest):
+                raise ValueError(
+                    f"{self._owner}: its distribution has no standard deviation; give lot_share for {name}."
+                )
             value = finite_number(self._owner, name, getattr(self, name))
             if not 0 <= value <= largest and self.is_varied:
                 raise ValueError(
@@ -228,6 +232,13 @@ def _class_limits(name: str, designation: str) -> tuple[float, float]:
         raise ValueError(
             f"Dimension {name}: the tolerance class {designation!r} is for a size; allowed: for "
             f"{', '.join(_HALVES)}. Give limits instead."
+        )
+    is_hole = fits.is_hole(designation)
+    if (name, is_hole) in (("bearing_radius", False), ("journal_radius", True)):
+        taken, meant = ("hole", "shaft") if is_hole else ("shaft", "hole")
+        raise ValueError(
+            f"Dimension {name}: the class of {designation!r} is that of a {taken}; {name} is a {meant}'s, whose letter is "
+            f"{'small' if is_hole else 'a capital'}. Write {fits.exchanged(designation)!r}, or give limits."
         )
     _, lower, upper = fits.size_limits(designation)
     return lower / 2, upper / 2

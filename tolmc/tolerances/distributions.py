@@ -12,12 +12,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from scipy import interpolate, special, stats
 
 from tolmc.mechanism.checks import finite_number, set_frozen
+from tolmc.tolerances.csv_column import read_column
 
 
 class Distribution:
@@ -354,27 +355,15 @@ class Measured(Distribution):
         set_frozen(self, values=values, **_positive("Measured", bandwidth=self.bandwidth))
 
     @classmethod
-    def from_csv(cls, path, column: str, *, unit: float = 1.0, **options) -> Measured:
-        """Values of a column of a CSV file with a header line, times `unit` (1e-3 for a column in mm)."""
-        try:
-            table = pd.read_csv(path, skipinitialspace=True)
-        except ValueError as error:
-            raise ValueError(
-                f"Measured: {path} is not understood ({str(error).strip()}); allowed: a header line, then a row a "
-                "part, commas between the columns, decimal points."
-            ) from None
-        if column not in table.columns:
-            raise ValueError(
-                f"Measured: {path} has no column {column!r}; allowed: {', '.join(map(str, table.columns))}."
-            )
-        values = pd.to_numeric(table[column], errors="coerce")
-        if values.isna().any():
-            row = int(np.argmax(values.isna()))
-            raise ValueError(
-                f"Measured: {path}, column {column!r}, data row {row + 1} holds {table[column].iloc[row]!r}, "
-                "which is no number; correct the row or leave it out."
-            )
-        return cls(values.to_numpy(float) * unit, **options)
+    def from_csv(
+        cls, path, column: str, *, unit: float = 1.0, separator: str | None = None, decimal: str = ".", **options
+    ) -> Measured:
+        """Values of a column of a CSV file with a header line, times `unit` (1e-3 for a column in mm).
+
+        ``separator``, ``decimal`` and errors as in :func:`tolmc.tolerances.csv_column.read_column`.
+        """
+        values = read_column(Path(path).read_bytes(), f"Measured: {path}", column, separator=separator, decimal=decimal)
+        return cls(values * unit, **options)
 
     def __eq__(self, other) -> bool:
         return (

@@ -358,7 +358,7 @@ class Fit:
         return tuple((self.size + deviation) / 2 for deviation in self.shaft)
 
 
-_NOMINAL = r"[⌀Øø∅]?\s*(\d+(?:\.\d+)?)\s*(?:mm)?\s*"
+_NOMINAL = r"[⌀Øø∅]?\s*([0-9]+(?:\.[0-9]+)?)\s*(?:mm)?\s*"
 _FIT = re.compile(_NOMINAL + r"([A-Z]{1,2}\d{1,2})\s*/\s*([a-z]{1,2}\d{1,2})")
 _TOLERANCED_SIZE = re.compile(_NOMINAL + r"([A-Za-z]{1,2})(\d{1,2})")
 
@@ -374,11 +374,53 @@ def fit(designation: str) -> Fit:
     match = _FIT.fullmatch(designation.strip())
     if match is None:
         raise ValueError(
-            f"ISO 286: fit {designation!r} is not understood; allowed: diameter in mm, class of the hole "
-            "(capital letter), '/', class of the shaft (small letter), such as '40 H7/d9'."
+            f"ISO 286: fit {designation!r} is not understood{_meant_fit(designation)}; allowed: diameter in mm, class of the "
+            "hole (capital letter), '/', class of the shaft (small letter), such as '40 H7/d9'."
         )
     size = float(match[1])
     return Fit(designation, size / 1e3, limits(size, match[2]), limits(size, match[3]))
+
+
+_SLIPPED_FIT = re.compile(
+    r"[⌀Øø∅]?\s*([0-9]+(?:[.,][0-9]+)?)\s*(?:mm)?\s*([A-Za-z]{1,2})\s*([0-9]{1,2})\s*[-/\\,;:\s]\s*"
+    r"([A-Za-z]{1,2})\s*([0-9]{1,2})"
+)
+
+
+def _meant_fit(designation: str) -> str:
+    """``; did you mean '40 H7/d9'?`` where letters have the wrong size or the classes the wrong order."""
+    match = _SLIPPED_FIT.fullmatch(designation.strip())
+    if match is None:
+        return ""
+    size, first, first_grade, second, second_grade = match.groups()
+    classes = [(first, first_grade), (second, second_grade)]
+    if first.islower() and second.isupper():
+        classes.reverse()
+    (hole, hole_grade), (shaft, shaft_grade) = classes
+    return f"; did you mean '{size.replace(',', '.')} {hole.upper()}{hole_grade}/{shaft.lower()}{shaft_grade}'?"
+
+
+def is_hole(designation: str) -> bool:
+    """Whether a single toleranced size is that of a hole (capital letter) and not of a shaft.
+
+    Raises
+    ------
+    ValueError
+        When the text is no toleranced size, or its letters differ in size.
+    """
+    letter = _parts(designation)[1]
+    if letter.isupper() == letter.islower():
+        raise ValueError(
+            f"ISO 286: {designation!r} has a capital and a small letter; allowed: {letter.upper()} for a hole, "
+            f"{letter.lower()} for a shaft."
+        )
+    return letter.isupper()
+
+
+def exchanged(designation: str) -> str:
+    """The toleranced size with the class of the hole in place of the shaft's and the other way round."""
+    size, letter, grade = _parts(designation)
+    return f"{size} {letter.swapcase()}{grade}"
 
 
 def size_limits(designation: str) -> tuple[float, float, float]:
@@ -425,8 +467,9 @@ def _parts(designation: str) -> tuple[str, str, str]:
     """Size, letter and grade of a toleranced size, as written."""
     match = _TOLERANCED_SIZE.fullmatch(designation.strip())
     if match is None:
+        comma = "" if "," not in designation else f"; did you mean {designation.replace(',', '.')!r}?"
         raise ValueError(
-            f"ISO 286: {designation!r} is not understood; allowed: size in mm and a tolerance class, such as "
+            f"ISO 286: {designation!r} is not understood{comma}; allowed: size in mm and a tolerance class, such as "
             "'40 H7' or '40 d9'."
         )
     return match.groups()
