@@ -93,4 +93,4 @@ def test_moments_scale_with_the_unit(unit, loc):
 
 def test_a_distribution_without_a_standard_deviation_has_no_lot_sd():
     with pytest.raises(ValueError, match=r"no standard deviation; give lot_share"):
-        Dimension("mass", 1.0, distribution=Scipy("cauchy", {"loc": 1.0, "scale": 0.01}), lot_sd=0.01)
+        Dimension("alpha", 1.0, distribution=Scipy("cauchy", {"loc": 1.0, "scale": 0.01}), lot_sd=0.01)
