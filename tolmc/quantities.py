@@ -210,7 +210,7 @@ GEOMETRY = tuple(row.name for row in OUTPUT_ROWS if row.group == "geometry")
 #: Those that watch the integration.
 CHECKS = tuple(row.name for row in OUTPUT_ROWS if row.group == "integration")
 #: Those that every motion has and that say something of the joint: what drives them can be asked.
-RESPONSES = tuple(name for name in OUTPUTS if name not in CHECKS and not _ROWS[name].event)
+RESPONSES = tuple(row.name for row in OUTPUT_ROWS if row.name in OUTPUTS and row.name not in CHECKS and not row.event)
 
 
 def of(name: str) -> Quantity:

@@ -31,7 +31,7 @@ from tolmc.allocation.search import MAX_POINTS, Allocation, Search
 from tolmc.analysis.surrogate import Model, Surrogate, fit
 from tolmc.errors import InputError
 from tolmc.statistics.intervals import binomial_interval
-from tolmc.statistics.outcomes import contact_lost, failed, out_of_specification
+from tolmc.statistics.outcomes import Specification, contact_lost, failed, out_of_specification
 from tolmc.statistics.rows import Rows
 from tolmc.tolerances.dimension import Tolerances
 from tolmc.tolerances.draw import sample
@@ -205,7 +205,7 @@ def allocate(
     )
 
 
-def _train(model: Model, tolerances: Tolerances, specification, plan: Plan, motions: int) -> Surrogate:
+def _train(model: Model, tolerances: Tolerances, specification: Specification, plan: Plan, motions: int) -> Surrogate:
     box = offered_box(tolerances, plan.choices)
     try:
         return fit(model, box, tuple(specification), motions=motions, seed=plan.seed)
@@ -245,7 +245,7 @@ def _candidate(search: Search, planned: float, refused: Sequence[Allocation]) ->
     return candidate
 
 
-def _check(tolerances: Tolerances, specification, plan: Plan) -> None:
+def _check(tolerances: Tolerances, specification: Specification, plan: Plan) -> None:
     if not specification:
         raise InputError("allocation: [specification] is empty; give at least one output a limit.")
     for name in specification:
@@ -353,6 +353,10 @@ def _nothing_found(search: Search, plan: Plan, planned: float) -> str:
     )
 
 
+def _cost(choice: Grades | Curve, label: str, width: float) -> float:
+    return choice.costs[choice.labels.index(label)] if isinstance(choice, Grades) else choice.cost(width)
+
+
 def _dimension_table(plan: Plan, winner: Allocation, tolerances: Tolerances) -> pd.DataFrame:
     by_name = {dimension.name: dimension for dimension in tolerances.dimensions}
     rows = [
@@ -363,7 +367,7 @@ def _dimension_table(plan: Plan, winner: Allocation, tolerances: Tolerances) -> 
             "width": width,
             "lower": by_name[choice.name].lower,
             "upper": by_name[choice.name].upper,
-            "cost": choice.costs[choice.labels.index(label)] if label else choice.cost(width),
+            "cost": _cost(choice, label, width),
         }
         for choice, label, width in zip(plan.choices, winner.labels, winner.widths, strict=True)
     ]
@@ -421,7 +425,8 @@ def _neighbours(search: Search, plan: Plan, winner: Allocation, inspection: _Ins
 def _steps(search: Search, choice: Grades | Curve, winner: Allocation, j: int) -> Iterator[tuple[str, Allocation]]:
     """The winner with choice j one grade finer and one coarser, where there is one."""
     grades = [
-        other.labels.index(label) if label else None for other, label in zip(search.choices, winner.labels, strict=True)
+        other.labels.index(label) if isinstance(other, Grades) else 0
+        for other, label in zip(search.choices, winner.labels, strict=True)
     ]
     for direction, step in (("finer", -1), ("coarser", 1)):
         widths, chosen = list(winner.widths), list(grades)

@@ -10,6 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
 
 from tolmc.analysis.surrogate import training_box
 from tolmc.errors import InputError
@@ -23,6 +26,9 @@ LAWS = {
     "reciprocal-square": (lambda x: x**-2.0, lambda y: y**-0.5),
     "exponential": (lambda x: math.exp(1.0 - x), lambda y: 1.0 - math.log(y)),
 }
+
+#: A width for every choice, in their order.
+Widths = Sequence[float] | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -111,7 +117,7 @@ def zone(dimension: Dimension, width: float, anchor: str | None = None) -> tuple
     return fixed - share * width, fixed + (1.0 - share) * width
 
 
-def with_widths(tolerances: Tolerances, choices: Sequence[Grades | Curve], widths: Sequence[float]) -> Tolerances:
+def with_widths(tolerances: Tolerances, choices: Sequence[Grades | Curve], widths: Widths) -> Tolerances:
     """The tolerances with the chosen widths; distributions keep their shape within the new limits."""
     chosen = {choice.name: (choice, width) for choice, width in zip(choices, widths, strict=True)}
     dimensions = (_in_zone(d, *chosen[d.name]) if d.name in chosen else d for d in tolerances.dimensions)
@@ -127,7 +133,7 @@ def _in_zone(dimension: Dimension, choice: Grades | Curve, width: float) -> Dime
     else:
         lower, upper = zone(dimension, width, choice.anchor)
     # The share between lots is kept, not its amount, which might not fit into a narrow zone.
-    lots = {"lot_sd": None, "lot_share": dimension.between_lots} if dimension.lot_sd is not None else {}
+    lots: dict[str, Any] = {"lot_sd": None, "lot_share": dimension.between_lots} if dimension.lot_sd is not None else {}
     distribution = dimension.distribution.in_zone(dimension, lower, upper)
     return replace(dimension, lower=lower, upper=upper, distribution=distribution, toleranced_size=size, **lots)
 

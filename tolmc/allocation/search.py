@@ -11,7 +11,7 @@ from itertools import pairwise, product
 import numpy as np
 from scipy.optimize import Bounds, minimize
 
-from tolmc.allocation.offers import Curve, Grades, with_widths
+from tolmc.allocation.offers import Curve, Grades, Widths, with_widths
 from tolmc.analysis.surrogate import Surrogate
 from tolmc.tolerances.dimension import Tolerances
 from tolmc.tolerances.draw import from_unit, unit_points
@@ -65,10 +65,10 @@ class Search:
         self.few = self.points[::SCRAMBLINGS]
         self._yields: dict[tuple[float, ...], float] = {}
 
-    def _with_widths(self, widths: Sequence[float]) -> Tolerances:
+    def _with_widths(self, widths: Widths) -> Tolerances:
         return with_widths(self.tolerances, self.choices, widths)
 
-    def margins(self, widths: Sequence[float], points: np.ndarray) -> np.ndarray:
+    def margins(self, widths: Widths, points: np.ndarray) -> np.ndarray:
         """Worst requirement's margin at every point, in spreads of its output; positive: out of specification."""
         outputs = self.surrogate(from_unit(self._with_widths(widths), points))
         worst = np.full(len(points), -np.inf)
@@ -79,14 +79,14 @@ class Search:
                     np.maximum(worst, sign * (values - limit) / spread, out=worst)
         return worst
 
-    def yield_of(self, widths: Sequence[float]) -> float:
+    def yield_of(self, widths: Widths) -> float:
         """Predicted yield at the common points."""
-        widths = tuple(widths)
-        if widths not in self._yields:
-            self._yields[widths] = float(np.mean(self.margins(widths, self.points) <= 0.0))
-        return self._yields[widths]
+        key = tuple(float(width) for width in widths)
+        if key not in self._yields:
+            self._yields[key] = float(np.mean(self.margins(widths, self.points) <= 0.0))
+        return self._yields[key]
 
-    def fresh_yield(self, widths: Sequence[float]) -> float:
+    def fresh_yield(self, widths: Widths) -> float:
         """Yield at points on which nothing was chosen: free of the optimum's selection for its own points."""
         points = unit_points(self._with_widths(widths), MAX_POINTS, sampling="sobol", seed=self.seed + 1)
         return float(np.mean(self.margins(widths, points) <= 0.0))
@@ -122,8 +122,10 @@ class Search:
     def _solve(self, grades: tuple[int, ...], required: float, ceiling: float) -> Allocation | None:
         """The cheapest choice with these grades, or None where none reaches the yield at less than the ceiling."""
         chosen = iter(grades)
-        fixed = [next(chosen) if isinstance(choice, Grades) else None for choice in self.choices]
-        wide = np.array([c.widest if i is None else c.widths[i] for c, i in zip(self.choices, fixed, strict=True)])
+        fixed = [next(chosen) if isinstance(choice, Grades) else 0 for choice in self.choices]
+        wide = np.array(
+            [c.widths[i] if isinstance(c, Grades) else c.widest for c, i in zip(self.choices, fixed, strict=True)]
+        )
         spare = ceiling - self.allocation(wide, fixed).cost
         if spare <= 0.0:
             return None
@@ -131,17 +133,17 @@ class Search:
         # widest.
         narrow = wide.copy()
         for j, choice in enumerate(self.choices):
-            if fixed[j] is None:
+            if isinstance(choice, Curve):
                 narrow[j] = choice.narrowest_below(choice.cost(choice.widest) + spare)
         widths = self._cheapest_widths(narrow, wide, required)
         return None if widths is None else self.allocation(widths, fixed)
 
-    def allocation(self, widths: Sequence[float], grades: Sequence[int | None]) -> Allocation:
-        """The choice of these widths; ``grades`` index those that are graded."""
+    def allocation(self, widths: Widths, grades: Sequence[int]) -> Allocation:
+        """The choice of these widths; ``grades`` are the places of those that are graded, and any number for the others."""
         labels, cost = [], 0.0
         for choice, width, grade in zip(self.choices, widths, grades, strict=True):
-            labels.append("" if grade is None else choice.labels[grade])
-            cost += choice.cost(width) if grade is None else choice.costs[grade]
+            labels.append(choice.labels[grade] if isinstance(choice, Grades) else "")
+            cost += choice.costs[grade] if isinstance(choice, Grades) else choice.cost(width)
         return Allocation(tuple(float(width) for width in widths), tuple(labels), float(cost))
 
     def _cheapest_widths(self, narrow: np.ndarray, wide: np.ndarray, required: float) -> np.ndarray | None:
@@ -164,7 +166,7 @@ class Search:
 
     def _reaches(self, widths: np.ndarray, required: float) -> bool:
         """Whether the predicted yield reaches the required one; most choices miss it on a few of the points already."""
-        share, count = np.mean(self.margins(widths, self.few) <= 0.0), len(self.few)
+        share, count = float(np.mean(self.margins(widths, self.few) <= 0.0)), len(self.few)
         if share + 5.0 * math.sqrt(max(share * (1.0 - share), 1.0 / count) / count) < required:
             return False
         return self.yield_of(widths) >= required
@@ -176,10 +178,12 @@ class Search:
         free = np.flatnonzero(wide > narrow)
         if len(free) == 1:
             return on_boundary
-        curves = [self.choices[j] for j in free]
+        curves = [self.choices[int(j)] for j in free]
 
-        def cost(w):
-            return sum(curve.cost(width) for curve, width in zip(curves, w[free], strict=True))
+        def cost(w: np.ndarray) -> float:
+            return sum(
+                curve.cost(width) for curve, width in zip(curves, w[free], strict=True) if isinstance(curve, Curve)
+            )
 
         scale = cost(narrow) - cost(wide)
         constraint = {
@@ -188,8 +192,8 @@ class Search:
             "jac": lambda w: -self._slopes(w, free, required, self.points),
         }
         optimum = _minimum(lambda w: cost(w) / scale, on_boundary, ends, free, constraints=constraint)
-        way = (optimum, wide) if self.yield_of(optimum) >= required else (inside, optimum)
-        return min(self._boundary(*way, required), on_boundary, key=cost)
+        nearer, farther = (optimum, wide) if self.yield_of(optimum) >= required else (inside, optimum)
+        return min(self._boundary(nearer, farther, required), on_boundary, key=cost)
 
     def _safest(self, start: np.ndarray, ends, required: float) -> np.ndarray:
         """Widths between the ends at which the quantile of the margins is least, on a few of the points."""

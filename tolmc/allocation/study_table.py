@@ -128,17 +128,18 @@ def _plan(study: Study) -> Plan:
 def _choice(study: Study, name: str, entry: object) -> Grades | Curve:
     where = ("allocation", "dimensions", name)
     choice = validated(ChoiceSection, entry, *where, context=quantities.unit(name))
-    if (choice.grades is None) == (choice.cost is None):
+    cost: _Cost | None = choice.cost
+    ends: dict[str, Any] = {"narrowest": choice.narrowest, "widest": choice.widest}
+    if (choice.grades is None) == (cost is None):
         raise Faults(f"{place(*where)} must have either grades or cost; give one of them.")
-    if choice.grades is not None:
+    if cost is None:
         return _grades(study, name, choice)
-    for field in ("narrowest", "widest"):
-        if getattr(choice, field) is None:
+    for field, width in ends.items():
+        if width is None:
             raise Faults(f"{place(*where, field)} is missing; give the {field} zone that can be bought.")
-    if choice.cost.at <= 0 or not 0 < choice.narrowest < choice.widest:
+    if cost.at <= 0 or not 0 < ends["narrowest"] < ends["widest"]:
         raise Faults(f"{place(*where)}: allowed: at > 0 and 0 < narrowest < widest; correct the widths.")
-    cost = choice.cost
-    return Curve(name, choice.narrowest, choice.widest, cost.at, cost.variable, cost.fixed, cost.law, choice.anchor)
+    return Curve(name, ends["narrowest"], ends["widest"], cost.at, cost.variable, cost.fixed, cost.law, choice.anchor)
 
 
 def _grades(study: Study, name: str, choice: ChoiceSection) -> Grades:
@@ -160,14 +161,14 @@ def _grades(study: Study, name: str, choice: ChoiceSection) -> Grades:
 def _offer(dimension: Dimension, costs: Mapping[str, float], anchor: str | None) -> Grades:
     """Grades with these costs, narrowest first."""
     widths = {label: 0.5 * fits.it_grade(_basic_size(dimension), label) for label in costs}
-    labels = tuple(sorted(widths, key=widths.get))
-    sizes = ()
+    labels = tuple(sorted(widths, key=widths.__getitem__))
+    sizes: tuple[str, ...] = ()
     if anchor is None and dimension.toleranced_size is not None:
         sizes = tuple(fits.with_grade(dimension.toleranced_size, label) for label in labels)
         for size in sizes:
             fits.size_limits(size)  # the standard does not have every letter in every grade
-    columns = (tuple(column[label] for label in labels) for column in (widths, costs))
-    return Grades(dimension.name, labels, *columns, anchor, sizes)
+    wide, each = (tuple(column[label] for label in labels) for column in (widths, costs))
+    return Grades(dimension.name, labels, wide, each, anchor, sizes)
 
 
 def _with_grade_beside(tolerances: Tolerances, dimension: Dimension, offer: Grades, step: int) -> Grades:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -42,7 +43,7 @@ def accelerated_summary(
         As :func:`corrected`. An output that is missing in some motions (``contact_loss_time``) cannot be summarised.
     """
     surrogate = fit(model, training_box(tolerances), outputs, motions=training, seed=seed)
-    kinds = {
+    kinds: dict[str, tuple[str, Any]] = {
         "mean": ("mean", None),
         "sd": ("sd", None),
         "q0.135": ("quantile", 0.00135),
@@ -53,7 +54,7 @@ def accelerated_summary(
     table = surrogate.describe()
     rows = []
     for output in outputs:
-        row = {}
+        row: dict[str, float] = {}
         for name in kinds:
             answer = next(answers)
             row |= {name: answer.value, f"{name}_low": answer.low, f"{name}_high": answer.high}

@@ -80,7 +80,7 @@ def corrected(
         surrogate = fit(model, training_box(tolerances), outputs, motions=training, seed=seed)
         spent = surrogate.motions
     rng = np.random.default_rng([seed, 0xC0])
-    pools = {}
+    pools: dict[Question | None, _Pool] = {}
     for question in questions:
         if not question.is_tail and None not in pools:
             pools[None] = _moment_pool(surrogate, tolerances, motions, seed, rng)
@@ -114,7 +114,7 @@ def _tail_pool(surrogate, tolerances, question, motions, rng) -> _Pool:
     outputs = surrogate(inputs)
     values = question.sign * outputs[question.output].to_numpy()
     threshold = question.threshold
-    if threshold is None:
+    if question.kind == "quantile":
         threshold = upper_quantile(values, weights / len(values), question.probability)
     keep = keep_near(threshold, surrogate.held_out[question.output], values, weights, motions)
     return _Pool(inputs, outputs, weights, 0, keep, draw_kept(keep, rng))

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtrit
@@ -16,7 +15,8 @@ from tolmc.analysis.tail_search import upper_quantile
 ROUNDING = 1e-13
 
 
-class Moment(NamedTuple):
+@dataclass(frozen=True)
+class Moment:
     """An estimated expectation, the variance of that estimate, and the degrees of freedom behind the variance."""
 
     value: float
@@ -91,7 +91,7 @@ class Corrected:
             return moment
         crossing = (error / np.maximum(np.abs(values - threshold), error)) ** 4
         bound = float(np.sum(masses**2 * (1.0 - self.keep) / self.keep * crossing))
-        return moment._replace(variance=max(moment.variance, base.variance + bound))
+        return replace(moment, variance=max(moment.variance, base.variance + bound))
 
     def atoms(self) -> tuple[np.ndarray, np.ndarray]:
         values, masses = self.surrogate.atoms()
@@ -136,9 +136,9 @@ def _quantile(design, question: Question) -> tuple[float, float, float]:
 
 def wilson_interval(moment: Moment, count: int) -> tuple[float, float, float]:
     """Wilson's interval at the number of independent samples that would have the moment's variance."""
-    p = min(max(moment.value, 0.0), 1.0)
+    p, size = min(max(moment.value, 0.0), 1.0), float(count)
     if 0.0 < p < 1.0 and moment.variance > 0.0:
-        count = p * (1.0 - p) / moment.variance
-    z2 = float(stdtrit(moment.freedom, 0.5 + 0.5 * CONFIDENCE)) ** 2 / count
+        size = p * (1.0 - p) / moment.variance
+    z2 = float(stdtrit(moment.freedom, 0.5 + 0.5 * CONFIDENCE)) ** 2 / size
     centre, reach = p + 0.5 * z2, (z2 * (p * (1.0 - p) + 0.25 * z2)) ** 0.5
     return p, max((centre - reach) / (1.0 + z2), 0.0), min((centre + reach) / (1.0 + z2), 1.0)

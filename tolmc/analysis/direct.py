@@ -34,6 +34,7 @@ def _direct(model, tolerances, questions, motions, seed, sampling, method) -> li
     answers = []
     for question in questions:
         observed = Observations(values[question.output].to_numpy(float), rows)
+        answer: tuple[float, float, float]
         if question.kind == "quantile":
             answer = observed.quantile(question.level)
         elif question.is_tail:

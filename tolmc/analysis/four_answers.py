@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import pandas as pd
 
@@ -104,7 +105,7 @@ def _yields(model: Model, study: Study, requirements: pd.DataFrame) -> tuple[pd.
     for name in specification:
         if quantities.output(name).event:
             return None, f"{name} is missing where that never happens, so that no surrogate follows it"
-    judged = {"specification": specification, "on_contact_loss": study.on_contact_loss}
+    judged: dict[str, Any] = {"specification": specification, "on_contact_loss": study.on_contact_loss}
 
     def known(inputs: pd.DataFrame) -> pd.DataFrame:
         found = model(inputs)

@@ -81,7 +81,7 @@ def weight_notes(design: Weighted, question: Question) -> tuple[str, ...]:
     """Self-check: how many independent samples the weights in the tail are worth, and whether all average to one."""
     values, masses = design.atoms()
     threshold = question.threshold
-    if threshold is None:
+    if question.kind == "quantile":
         threshold = upper_quantile(values, masses, question.probability)
     tail = design.weights[values >= threshold]
     effective = float(tail.sum() ** 2 / np.sum(tail**2)) if len(tail) else 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import pandas as pd
 
@@ -30,7 +31,7 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
         When the study cannot be integrated.
     """
     integrates = not set(outputs) <= set(GEOMETRY)
-    options = {"on_contact_loss": study.on_contact_loss, "project_energy": study.project_energy}
+    options: dict[str, Any] = {"on_contact_loss": study.on_contact_loss, "project_energy": study.project_energy}
     try:
         plan = plan_integration(
             study.scene, training_box(study.tolerances) if box is None else box,
@@ -42,7 +43,7 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
 
     def model(inputs: pd.DataFrame) -> pd.DataFrame:
         columns = study.with_inertia({name: inputs[name].to_numpy() for name in inputs})
-        joint = {name: columns.pop(name) for name in JOINT}
+        joint: dict[str, Any] = {name: columns.pop(name) for name in JOINT}
         return simulate_many(
             study.scene, **joint, parameters=columns, outputs=outputs, plan=plan, workers=study.workers, **options
         )

@@ -12,7 +12,9 @@ interval to each :class:`Question`:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import cast
 
 CONFIDENCE = 0.95
 KINDS = ("mean", "sd", "quantile", "above", "below")
@@ -33,7 +35,7 @@ class Question:
 
     output: str
     kind: str
-    level: float | None = None
+    level: float = cast(float, None)  # only moments have none
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -55,14 +57,14 @@ class Question:
         return -1.0 if self.kind == "below" or (self.kind == "quantile" and self.level < 0.5) else 1.0
 
     @property
-    def probability(self) -> float | None:
-        """Probability of a quantile's tail."""
-        return min(self.level, 1.0 - self.level) if self.kind == "quantile" else None
+    def probability(self) -> float:
+        """Probability of a quantile's tail; NaN for other questions."""
+        return min(self.level, 1.0 - self.level) if self.kind == "quantile" else math.nan
 
     @property
-    def threshold(self) -> float | None:
-        """Where the upper tail of sign * output begins, when its level says so."""
-        return self.sign * self.level if self.kind in ("above", "below") else None
+    def threshold(self) -> float:
+        """Where the upper tail of sign * output begins, when its level says so; NaN for other questions."""
+        return self.sign * self.level if self.kind in ("above", "below") else math.nan
 
 
 @dataclass(frozen=True)

@@ -92,16 +92,16 @@ _LINEAR = {"mean": "mean", "sd": "sd", "lower limit": "low", "upper limit": "hig
 
 
 def _estimate(kind: str, table: pd.DataFrame | None, name: str, column: str) -> dict[str, float]:
-    known = table is not None and name in table.index and column in table
-    return {f"{kind}{end}": table.at[name, f"{column}{end}"] if known else math.nan for end in ("", "_low", "_high")}
+    if table is None or name not in table.index or column not in table:
+        return {f"{kind}{end}": math.nan for end in ("", "_low", "_high")}
+    return {f"{kind}{end}": table.at[name, f"{column}{end}"] for end in ("", "_low", "_high")}
 
 
 def _surrogate(accelerated: pd.DataFrame | None, name: str) -> dict[str, float]:
     columns = {"accelerated_degree": "degree", "accelerated_held_out": "held_out_share"}
-    known = accelerated is not None and name in accelerated.index
-    return {
-        new: accelerated.at[name, old] if known and old in accelerated else math.nan for new, old in columns.items()
-    }
+    if accelerated is None or name not in accelerated.index:
+        return dict.fromkeys(columns, math.nan)
+    return {new: accelerated.at[name, old] if old in accelerated else math.nan for new, old in columns.items()}
 
 
 def _worst_value(worst: pd.Series, quantity: str) -> float:
@@ -128,11 +128,11 @@ def _judged(row: dict, quantity: str, material: float, found: pd.Series, worst: 
         outward = 1 if quantity == "upper limit" else -1
         beyond = outward * percent * (found[_EXTREME[quantity]] - row["worst_case"])
         excess = outward * percent * (row["worst_case"] - value)
-        kind, words = _worst_verdict(excess, beyond, worst)
+        worst_kind, words = _worst_verdict(excess, beyond, worst)
         judged |= {
             "excess_percent": excess,
             "beyond_percent": max(beyond, 0.0),
-            "worst_case_is": kind.value,
+            "worst_case_is": worst_kind.value,
             "verdict": f"{judged['verdict']}; worst case {words}",
         }
     return judged

@@ -71,7 +71,7 @@ def sobol_indices(
     outputs = list(outputs)
     names = [d.name for d in tolerances.varied]
     k = len(names)
-    table = {}
+    table: dict[tuple[str, str], dict[str, float]] = {}
     if k == 0:
         return index_table(table, ("output", "dimension"), ("first", "total"), "used")
     rng = np.random.default_rng(seed)
@@ -105,11 +105,11 @@ def _bootstrapped(values: np.ndarray, rng: np.random.Generator, resamples: int, 
     f_a, f_b, *f_mixed = values - values[:2].mean()
     terms = [f_a + f_b, f_a**2 + f_b**2]
     terms += [f_b * (f - f_a) for f in f_mixed] + [0.5 * (f_a - f) ** 2 for f in f_mixed]
-    terms = np.stack(terms, axis=1)
+    columns = np.stack(terms, axis=1)
     equal = np.full(count, 1 / count)
 
     def indices(weights):
-        sum_ab, sum_of_squares, *numerators = weights @ terms
+        sum_ab, sum_of_squares, *numerators = weights @ columns
         return np.array(numerators) / (0.5 * sum_of_squares - (0.5 * sum_ab) ** 2)
 
     resampled = [indices(rng.multinomial(count, equal) / count) for _ in range(resamples)]

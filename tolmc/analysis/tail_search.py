@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from scipy.special import gammaln
@@ -116,7 +117,7 @@ def find_tail(
     z, weights = rng.standard_normal((samples, dimension)), np.ones(samples)
     for level_number in range(1, MAX_LEVELS + 1):
         values = np.nan_to_num(function(z), nan=-np.inf)
-        target = upper_quantile(values, weights / samples, probability) if threshold is None else threshold
+        target = upper_quantile(values, weights / samples, cast(float, probability)) if threshold is None else threshold
         level = min(target, float(np.quantile(values, 1.0 - ELITE, method="higher")))
         # A tail in a narrow gap may never hold a tenth of a proposal; what it holds at the last level must do.
         elite = values >= (level if level_number < MAX_LEVELS else target)

@@ -110,7 +110,7 @@ class _Climber:
 
 def _starts(points: np.ndarray, values: np.ndarray) -> list[int]:
     """Rows of the largest values that lie apart: all on one hill would find that hill alone."""
-    chosen = []
+    chosen: list[int] = []
     for row in np.argsort(-values, kind="stable")[: np.count_nonzero(~np.isnan(values))]:
         if all(np.abs(points[row] - points[other]).max() > APART for other in chosen):
             chosen.append(row)

@@ -44,7 +44,7 @@ EXPANSION = {
 }
 
 
-def expansion_coefficient(name: str, value) -> float:
+def expansion_coefficient(name: str, value: object) -> float:
     """The coefficient, 1/K, of a number or of the name of a material in :data:`EXPANSION`."""
     if not isinstance(value, str):
         return finite_number("Operating", name, value)

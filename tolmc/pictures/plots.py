@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,7 +25,7 @@ from tolmc.statistics.summary import RANKED, rank_correlations
 
 _BLUE, _ORANGE, _RED, _GREY = "#0072B2", "#E69F00", "#D55E00", "#666666"
 _COLOUR = {"D": _BLUE, "E": _ORANGE}
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     "font.size": 10, "axes.titlelocation": "left", "axes.titlesize": 11, "axes.titleweight": "bold", "figure.titlesize": 13,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
     "grid.color": "#e4e4e4", "grid.linewidth": 0.8, "legend.frameon": False,
@@ -43,7 +44,7 @@ def save(figure: Figure, path: str | Path) -> None:
     if Path(path).suffix[1:].lower() not in formats:
         raise InputError(f"{path} has no ending that says what picture it is; allowed: {', '.join(sorted(formats))}.")
     # Half the time of a picture would go into compressing it a few percent further.
-    quick = {"pil_kwargs": {"compress_level": 3}} if Path(path).suffix == ".png" else {}
+    quick: dict[str, Any] = {"pil_kwargs": {"compress_level": 3}} if Path(path).suffix == ".png" else {}
     figure.savefig(path, dpi=150, **quick)
 
 

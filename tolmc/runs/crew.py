@@ -7,7 +7,7 @@ copied between processes.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
@@ -25,7 +25,7 @@ class Crew:
     size: int
     backend: Any
 
-    def map(self, function: Callable, calls: Iterable[tuple]) -> Iterator:
+    def map(self, function: Callable, calls: Iterable[tuple]) -> Generator:
         """``function(*call)`` for every call, in the order of the calls, as they become ready."""
         with joblib.parallel_config(self.backend):
             parallel = joblib.Parallel(n_jobs=self.size, batch_size=1, return_as="generator")

@@ -62,7 +62,7 @@ def create(
         _refuse_occupied(path, copies)
         for name, content in copies.items():
             (path / name).parent.mkdir(parents=True, exist_ok=True)
-            write_whole(path / name, lambda temporary, content=content: temporary.write_bytes(content))
+            write_whole(path / name, partial(Path.write_bytes, data=content))
         record = {
             "format": FORMAT,
             "title": study.title,

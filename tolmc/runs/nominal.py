@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from tolmc.mechanism.scene import Scene
 from tolmc.simulation.pilot import plan_integration
 from tolmc.simulation.trajectory import Trajectory, simulate
@@ -19,7 +21,11 @@ def study_motion(study: Study, scene: Scene | None = None) -> Trajectory:
         When the scene cannot be integrated so, or its trajectory is too long to store.
     """
     scene = scene or study.scene
-    settings = {"method": study.method, "formulation": study.formulation, "accuracy": study.integration_accuracy}
+    settings: dict[str, Any] = {
+        "method": study.method,
+        "formulation": study.formulation,
+        "accuracy": study.integration_accuracy,
+    }
     try:
         plan = plan_integration(scene, step=study.step, **settings)
         if plan.steps > _MOST_STORED:

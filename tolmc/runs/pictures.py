@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
+from typing import Any
 
 import pyarrow as pa
 
@@ -87,7 +88,7 @@ def draw_drivers(directory: RunDirectory, study: Study, first: pa.Table) -> None
     directory.write_file("drivers.png", partial(plots.save, figure))
 
 
-def draw_distributions(directory: RunDirectory, study: Study, nominal: dict[str, float | str]) -> None:
+def draw_distributions(directory: RunDirectory, study: Study, nominal: Mapping[str, Any]) -> None:
     """distributions.png: histograms of all samples."""
     from tolmc.pictures import plots
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import math
 import platform
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
@@ -97,7 +98,7 @@ def read_record(path: Path) -> dict:
     return record
 
 
-def _fault(item: dict) -> str:
+def _fault(item: Mapping[str, Any]) -> str:
     field = ".".join(str(part) for part in item["loc"])
     if item["type"] == "missing":
         return f"{field} is missing"

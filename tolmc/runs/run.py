@@ -13,6 +13,7 @@ from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -187,7 +188,7 @@ def replay(directory: str | Path, index: int) -> tuple[Study, Scene, Trajectory,
     opened = run_directory.read(directory)
     study, row = opened.study(), opened.row(index)
     try:
-        scalars = study.with_inertia({name: row[name] for name in SCALARS if name in row})
+        scalars = study.with_inertia({name: np.asarray(row[name], float) for name in SCALARS if name in row})
         scene = study.scene.replaced(**{name: float(value) for name, value in scalars.items()})
     except ValueError as error:
         raise InputError(f"sample {index} of {directory} has no motion: {error}") from None
@@ -358,11 +359,15 @@ def _result(
 ) -> StudyResult:
     samples, specification = Columns(read), study.specification
     outputs = [name for name in quantities.OUTPUTS if name in samples]
-    drawn = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
+    drawn: dict[str, Any] = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
     if sequential is not None:
         drawn["confidence"] = sequential.looks.look_confidence
     judged = out_of_specification(samples, specification, on_contact_loss=study.on_contact_loss)
-    judging = {"specification": specification, "on_contact_loss": study.on_contact_loss, "judged": judged}
+    judging: dict[str, Any] = {
+        "specification": specification,
+        "on_contact_loss": study.on_contact_loss,
+        "judged": judged,
+    }
     accuracies = _integration_errors(plan, nominal)
     summary = summarise(samples, outputs=outputs, accuracies=accuracies, workers=study.workers, **judging, **drawn)
     summary.insert(0, "unit", [quantities.unit(name) for name in summary.index])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -75,20 +76,29 @@ def sample_study(study: Study, draw: Callable[[int], pd.DataFrame]) -> Sequentia
     def estimate(samples: pd.DataFrame, confidence: float) -> Estimate:
         return _estimate(study, samples, confidence)
 
-    return Sequential(study.until, looks, sample_until(draw, estimate, width=study.until.width, looks=looks))
+    until = _until(study)
+    return Sequential(until, looks, sample_until(draw, estimate, width=until.width, looks=looks))
 
 
 def outcome(study: Study, samples: pd.DataFrame) -> Sequential:
     """How a run of a study with ``until`` ended that stopped at these ``samples``."""
-    looks = looks_of(study)
+    until, looks = _until(study), looks_of(study)
     found = _estimate(study, samples, looks.look_confidence)
-    reached = found.high - found.low <= study.until.width
-    return Sequential(study.until, looks, SequentialEstimate(found, len(samples), reached))
+    reached = found.high - found.low <= until.width
+    return Sequential(until, looks, SequentialEstimate(found, len(samples), reached))
+
+
+def _until(study: Study) -> Until:
+    return cast(Until, study.until)  # nobody comes here with a study that has none
 
 
 def _estimate(study: Study, samples: pd.DataFrame, confidence: float) -> Estimate:
-    rows = {"sampling": study.sampling, "confidence": confidence, "lot_size": study.tolerances.lot_size or 1}
-    until = study.until
+    rows: dict[str, Any] = {
+        "sampling": study.sampling,
+        "confidence": confidence,
+        "lot_size": study.tolerances.lot_size or 1,
+    }
+    until = _until(study)
     if until.statistic == "yield":
         out = summarise_requirements(
             samples, specification=study.specification, on_contact_loss=study.on_contact_loss, **rows

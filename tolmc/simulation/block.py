@@ -38,17 +38,17 @@ def block_columns(
         found = _geometry(raw, code != GEOMETRY_INVALID)
         found["status_time"] = np.full(n, np.nan)
         valid = code == R.OK
-        results = None
+        results: np.ndarray | None = None
         if integrates(outputs) and valid.any():
             forces = wants_forces(outputs)
             results = _results(raw, valid, plan, forces, scene.duration, on_contact_loss, project_energy)
             code[valid] = results[R.STATUS, valid]
             found["status_time"] = np.where(code != R.OK, results[R.END_TIME], np.nan)
             code = judged(code, results, raw, plan, forces)
-    without = {*ROWS} if results is None else lacking(plan)
+    without = lacking(plan)
     for name in outputs:
         if name in ROWS:
-            found[name] = np.full(n, np.nan) if name in without else results[ROWS[name]]
+            found[name] = np.full(n, np.nan) if results is None or name in without else results[ROWS[name]]
     return {name: found[name] for name in (*outputs, "status_time")} | {"status": code}
 
 

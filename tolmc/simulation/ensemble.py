@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from tolmc.mechanism.checks import choice
 from tolmc.mechanism.scene import Scene
@@ -26,9 +28,9 @@ _CHUNK = 8192  # most samples a call of a kernel: half as many take 3 % longer, 
 def simulate_many(
     scene: Scene,
     *,
-    bearing_radius,
-    journal_radius,
-    half_length,
+    bearing_radius: ArrayLike,
+    journal_radius: ArrayLike,
+    half_length: ArrayLike,
     parameters: Mapping[str, object] | None = None,
     step: float | None = None,
     method: str = "rk8",
@@ -90,7 +92,7 @@ def simulate_many(
     names = checked_outputs(outputs)
     if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
         raise ValueError(f"workers = {workers!r} is out of range; allowed: a whole number >= 1.")
-    after = {"on_contact_loss": on_contact_loss, "project_energy": project_energy}
+    after: dict[str, Any] = {"on_contact_loss": on_contact_loss, "project_energy": project_energy}
     plan = plan or plan_integration(
         scene, _bounds(inputs), step=step if integrates(names) else scene.duration, method=method, formulation=formulation,
         accuracy=accuracy, outputs=names, halving=halving, **after,

@@ -34,7 +34,7 @@ def integrate(
     for attempt in range(_ATTEMPTS):
         if attempt == _ATTEMPTS - 1:
             force[lanes], ignore[lanes] = -1, plan.steps
-        part = out if attempt == 0 else np.empty((R.RESULTS, len(lanes)))
+        part = np.empty((R.RESULTS, len(lanes))) if isinstance(lanes, np.ndarray) else out
         ensemble.integrate(
             np.ascontiguousarray(raw[:, lanes]), plan.steps, duration, _ON_LOSS[on_contact_loss], project_energy,
             force[lanes], at[lanes], ignore[lanes], part,

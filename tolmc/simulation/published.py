@@ -66,7 +66,7 @@ def published_results(raw, plan: Plan, forces: bool, duration: float, on_contact
         parameters = np.ascontiguousarray(raw[:, i])
         records = published_records(parameters, plan, duration)
         status, rows = records.status, records.rows
-        quantities = []
+        quantities: list[Sampled] = []
         if status == published.OK and forces:
             sampled_status, quantities = _quantities(parameters, plan, records, step)
             lost = [quantity.first_gap() for quantity in quantities]
@@ -114,11 +114,11 @@ def _invariants(records: Records, parameters: np.ndarray) -> tuple[float, float]
         largest = math.sqrt((turn @ mass_matrix @ turn) * (speeds @ mass_matrix @ speeds))
         momenta.append((turn @ mass_matrix @ speeds, largest))
         spins.append((speeds[4] + speeds[2] * math.cos(q[3]), np.abs(speeds[2:]).max()))
-    changes = []
+    changes: list[float] = []
     for (first, scale_first), (last, scale_last) in (momenta, spins):
         change = abs(last - first)
         changes.append(change / max(scale_first, scale_last) if change else 0.0)
-    return tuple(changes)
+    return changes[0], changes[1]
 
 
 def _quantities(parameters, plan: Plan, records: Records, step: float) -> tuple[int, list[Sampled]]:

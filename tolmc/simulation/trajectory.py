@@ -81,7 +81,9 @@ def simulate(
         return _traced(scene, raw, plan, project_energy, time, status)
 
 
-def _recorded(scene: Scene, raw, plan: Plan, summary, time: np.ndarray, status: str) -> Trajectory:
+def _recorded(
+    scene: Scene, raw: np.ndarray, plan: Plan, summary: dict[str, np.ndarray], time: np.ndarray, status: str
+) -> Trajectory:
     """The motion in the paper's coordinates, up to the singular set that ends it."""
     records = published_records(np.ascontiguousarray(raw[:, 0]), plan, scene.duration)
     rows = max(records.rows, 1)
@@ -99,7 +101,9 @@ def _recorded(scene: Scene, raw, plan: Plan, summary, time: np.ndarray, status: 
     )
 
 
-def _traced(scene: Scene, raw, plan: Plan, project_energy: bool, time: np.ndarray, status: str) -> Trajectory:
+def _traced(
+    scene: Scene, raw: np.ndarray, plan: Plan, project_energy: bool, time: np.ndarray, status: str
+) -> Trajectory:
     """The motion in slope coordinates."""
     x, y, u, v, n_d, n_e, lambda_d, lambda_e, kinetic, potential, w2 = trace(raw, plan, scene.duration, project_energy)
     length = scene.joint_in_operation.half_length

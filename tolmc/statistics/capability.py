@@ -10,6 +10,7 @@ these indices would have.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -82,7 +83,7 @@ def capability(
 def _indices(seen: Observations, low: float, high: float) -> dict[str, float]:
     overall = seen.deviations
     within = overall if seen.rows.lot_size == 1 else _deviations_within_lots(seen)
-    columns = {}
+    columns: dict[str, Any] = {}
     for names, deviations in ((("Cp", "Cpk"), within), (("Pp", "Ppk"), overall)):
         sd, relative = _spread(seen, deviations, lots=deviations is not overall)
         columns |= as_columns(names[0], _two_sided_index(seen, low, high, sd, relative))

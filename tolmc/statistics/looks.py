@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.tolerance_intervals import _check_share
@@ -59,7 +59,8 @@ class Looks:
         return 1 - (1 - self.confidence) / len(self.sizes)
 
 
-class SequentialEstimate(NamedTuple):
+@dataclass(frozen=True)
+class SequentialEstimate:
     """An estimate with its interval, the samples that it took, and whether the interval is as narrow as asked for."""
 
     estimate: Estimate

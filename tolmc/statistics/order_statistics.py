@@ -49,7 +49,7 @@ class OrderStatistics:
         inside = self._values >= low
         start = len(self) - np.count_nonzero(inside)
         inside &= self._values <= high
-        return start, np.sort(self._values[inside])
+        return int(start), np.sort(self._values[inside])
 
     def _stray(self, rank: int, side: int) -> float:
         """A value that is almost surely on that side of the rank: five standard errors of the pilot's order statistic."""

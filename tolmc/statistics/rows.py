@@ -119,7 +119,7 @@ class Rows:
         few degrees of freedom (Korn & Graubard 1998, Survey Methodology 24). ``events`` and ``known`` are (rows,) bool:
         rows with the event, which are known ones, and rows that count (None: all).
         """
-        count = len(events) if known is None else np.count_nonzero(known)
+        count = len(events) if known is None else int(np.count_nonzero(known))
         if self.are_independent or count < 2:
             return float(count)
         share = np.count_nonzero(events) / count

@@ -94,19 +94,19 @@ def summarise(
         raise ValueError(f"output {missing[0]!r} is no column of the samples; allowed: {list(samples)}.")
     out, known = judged or out_of_specification(samples, specification or {}, on_contact_loss=on_contact_loss)
     unusable = failed(samples)
-    unusable = unusable if unusable.any() else None
+    failures = int(np.count_nonzero(unusable))
     contact_loss = as_columns("contact_loss", rows.share(contact_lost(samples)))
     no_share = as_columns("share_least", NOTHING) | as_columns("share_most", NOTHING)
 
     def summary(name: str) -> dict[str, float]:
         values = samples[name].to_numpy(float)
-        values = values if unusable is None else np.where(unusable, np.nan, values)
+        values = np.where(unusable, np.nan, values)
         seen = Observations(values, rows)
         quantiles = seen.quantiles(list(QUANTILES.values()))
         return {
             "samples": len(samples),
             "used": seen.count,
-            "failed": 0 if unusable is None else np.count_nonzero(unusable),
+            "failed": failures,
             "integration_error": (accuracies or {}).get(name, np.nan),
             **as_columns("mean", seen.mean()),
             **as_columns("sd", seen.sd()),

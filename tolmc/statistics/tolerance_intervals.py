@@ -93,11 +93,11 @@ def tolerance_interval(
         raise ValueError(f"sides = {sides!r} is unknown; allowed: {', '.join(SIDES)}.")
     rows = Rows(sampling, confidence, lot_size)
     if rows.are_independent:
-        low, high = _wilks_bounds(Observations(values).ordered, share, confidence, sides)
+        low, high = _wilks_bounds(Observations(np.asarray(values, float)).ordered, share, confidence, sides)
     else:
         split = 2 if sides == "both" else 1
         # Either end of an equal-tailed interval misses with half of the interval's risk.
-        seen = Observations(values, replace(rows, confidence=1 - 2 * (1 - confidence) / split))
+        seen = Observations(np.asarray(values, float), replace(rows, confidence=1 - 2 * (1 - confidence) / split))
         tail = (1 - share) / split
         low, high = seen.quantile(tail).low, seen.quantile(1 - tail).high
     return ToleranceInterval(-math.inf if sides == "upper" else low, math.inf if sides == "lower" else high)

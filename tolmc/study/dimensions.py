@@ -72,7 +72,8 @@ class DimensionsTable:
         common = DimensionsSection.model_fields
         check_names(table, (*SCALARS, *common), "dimensions")
         given = validated(DimensionsSection, {name: table[name] for name in common if name in table}, "dimensions")
-        self.data_folder, self.data_files = data_folder, {}
+        self.data_folder = data_folder
+        self.data_files: dict[str, bytes] = {}
         self.lot_size, self.written = given.lot_size, table
         sizes = {} if given.fit is None else _fit_sizes(given.fit)
         names = [name for name in SCALARS if name in table or name in sizes]
@@ -117,11 +118,10 @@ class DimensionsTable:
             idle = _given(entry, "distribution", *_ALL_OPTIONS, "lot_share", "lot_sd")
             if idle or name not in JOINT:
                 raise Faults(f"{place('dimensions', name)} has no tolerance; add tolerance, or lower and upper.")
-        lots = {"lot_share": entry.lot_share, "lot_sd": entry.lot_sd}
+        options: dict[str, Any] = {"lower": limits[0], "upper": limits[1]} if limits is not None else {}
+        options |= {"lot_share": entry.lot_share, "lot_sd": entry.lot_sd, "toleranced_size": self.sizes.get(name)}
         with in_section("dimensions", name, written=self.written.get(name, self.written.get("fit"))):
-            return Dimension(
-                name, nominal, *(limits or (None, None)), distribution, **lots, toleranced_size=self.sizes.get(name)
-            )
+            return Dimension(name, nominal, distribution=distribution, **options)
 
     def _distribution(self, name: str) -> Distribution:
         entry = self.entries[name]

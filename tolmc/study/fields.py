@@ -13,7 +13,7 @@ from datetime import datetime
 from difflib import get_close_matches
 from itertools import islice
 from reprlib import Repr
-from typing import Annotated, Any, TypeVar, get_args
+from typing import Annotated, Any, TypeVar, cast, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
 from pydantic.fields import FieldInfo
@@ -75,7 +75,7 @@ def quantity_schema(unit: str, *, positive: bool = False) -> dict[str, Any]:
 def material(table: Mapping[str, float], unit: str):
     """Type of a property in the SI unit ``unit``: a quantity, or the name of a material in ``table``."""
 
-    def read(value: object) -> float:
+    def read(value: Any) -> float:
         if value in table:
             return table[value]
         if isinstance(value, str) and not any(character.isdigit() for character in value):
@@ -117,7 +117,7 @@ def quantity(unit: str, *, positive: bool = False, remedy: str | None = None):
 def whole(lowest: int, highest: int):
     """Type of a whole number in a range; strings carry units, and a count has none."""
 
-    def read(value: object) -> int:
+    def read(value: Any) -> int:
         if isinstance(value, str):
             raise ValueError(f"expected a whole number from {lowest} to {highest}; write it without quotes")
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
@@ -136,7 +136,8 @@ def vector(unit: str):
     def read(value: object) -> tuple[float, float, float]:
         if not isinstance(value, list) or len(value) != 3:
             raise ValueError(f"expected three values [x, y, z]; for each {units.remedy(unit)}")
-        return tuple(units.read(v, unit) for v in value)
+        x, y, z = (units.read(v, unit) for v in value)
+        return x, y, z
 
     words = f'three values [x, y, z], each {units.kind(unit)}, such as "{units.example(unit)}"'
     return Annotated[tuple, BeforeValidator(read), Form(words, _three(quantity_schema(unit)))]
@@ -164,7 +165,7 @@ Inertia = Annotated[
 
 
 def _read_own(value: object, info: ValidationInfo) -> float:
-    return units.read(value, info.context)
+    return units.read(value, cast(str, info.context))
 
 
 def own(remedy: str = "add it"):
@@ -176,7 +177,7 @@ Own = own()
 
 
 def _read_own_difference(value: object, info: ValidationInfo) -> float:
-    return units.read(value, units.difference(info.context))
+    return units.read(value, units.difference(cast(str, info.context)))
 
 
 #: Type of a spread of such a quantity: of a temperature in °C, a difference in K.
@@ -264,7 +265,7 @@ def _unknown(field: str, name: str, value: object, allowed: tuple[str, ...]) -> 
     return f"{shown} is unknown{suggestion(name, allowed) or ';'} Allowed: {', '.join(allowed)}."
 
 
-def _sentence(model: type[Section], item: dict, where: tuple[str, ...]) -> str:
+def _sentence(model: type[Section], item: Mapping[str, Any], where: tuple[str, ...]) -> str:
     loc = [part for part in item["loc"] if not str(part).startswith(("function-", "literal["))]
     field = place(*where, *loc) if where or len(loc) > 1 else str(loc[0])
     kind = item["type"]

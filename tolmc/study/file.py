@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, cast
 
 from tolmc import quantities
 from tolmc.encoding import decoded
@@ -109,14 +109,14 @@ def _study(name: str, source: str, content: dict[str, Any], data_folder: Path) -
 def _scene(file: StudyFile, content: dict[str, Any], joint: dict[str, float]) -> Scene:
     written = {name: content["dimensions"].get(name, content["dimensions"].get("fit")) for name in JOINT}
     with in_section("dimensions", written=written):
-        joint = Joint(**joint, section=file.model.section)
+        joined = Joint(**joint, section=file.model.section)
     with in_section("body", written=content["body"]):
         body = _body(file.body)
     with in_section("loads", written=content.get("loads")):
         loads = Loads(**file.loads.model_dump())
     with in_section("motion", written=content["motion"]):
         start = file.motion.model_dump()
-        scene = Scene(joint, body, loads, duration=start.pop("duration"), motion=Motion(**start))
+        scene = Scene(joined, body, loads, duration=start.pop("duration"), motion=Motion(**start))
     if file.operating is None:
         return scene
     with in_section("operating"):
@@ -133,11 +133,11 @@ def _body(section: BodySection) -> Body:
         return Body.solid_cylinder(section.mass, cylinder.radius, cylinder.length, section.center_of_mass)
     if section.centroidal_inertia is not None:
         return Body.from_centroidal(section.mass, section.center_of_mass, section.centroidal_inertia)
-    return Body(section.mass, section.center_of_mass, section.inertia)
+    return Body(section.mass, section.center_of_mass, cast(tuple, section.inertia))
 
 
-def _inertia_law(body: BodySection, dimensions: Mapping[str, Any]) -> str:
-    law = (
+def _inertia_law(body: BodySection, dimensions: Mapping[str, Any]) -> Literal["origin", "centroid", "cylinder"]:
+    law: Literal["origin", "centroid", "cylinder"] = (
         "cylinder"
         if body.solid_cylinder is not None
         else "centroid"

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
+from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from tolmc import quantities
@@ -80,7 +81,7 @@ def json_schema(allocation: type[Section], choices: NamedTables) -> dict[str, An
     """JSON schema (draft 2020-12) of the study file, with the [allocation] table that a layer above reads."""
     named = (*NAMED_TABLES, choices)
     models = [StudyFile, allocation, *(model for table in named for model in (table.entry, table.model) if model)]
-    _, schema = models_json_schema([(model, "validation") for model in models])
+    _, schema = models_json_schema([(cast(type[BaseModel], model), "validation") for model in models])
     definitions = _plain(schema["$defs"])
     file = definitions.pop(StudyFile.__name__)
     file["properties"]["allocation"] = {"$ref": f"#/$defs/{allocation.__name__}"}
@@ -116,7 +117,7 @@ def _plain(schema: Any) -> Any:
 def _add_names(schema: dict[str, Any], table: NamedTables) -> None:
     """A field for each name, with the table of its unit."""
     *outer, last = table.place.split(".")
-    owner = schema
+    owner: Any = schema
     for part in outer:
         owner = _resolved(schema, owner["properties"][part])
     place = owner["properties"][last]

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 from pydantic import BeforeValidator, Field, StrictBool, ValidationInfo
 
@@ -18,11 +18,12 @@ MAX_SAMPLES = 1_000_000_000
 
 
 def _read_deviations(value: object, info: ValidationInfo) -> tuple[float, float]:
-    unit = units.difference(info.context)
+    unit = units.difference(cast(str, info.context))
     if isinstance(value, list):
         if len(value) != 2:
             raise ValueError("expected one tolerance, or two deviations [lower, upper]")
-        return tuple(units.read(v, unit) for v in value)
+        lower, upper = (units.read(v, unit) for v in value)
+        return lower, upper
     tolerance = units.read(value, unit)
     if tolerance < 0:
         raise ValueError("expected a tolerance >= 0; give two deviations [lower, upper] where they differ")
@@ -34,7 +35,7 @@ def _read_unit(value: object, info: ValidationInfo) -> float:
         raise ValueError('expected the unit of the column, such as "mm" (for diameters in mm: "0.5 mm")')
     if info.context == "°C" and value not in ("°C", "degC"):
         raise ValueError('expected a column of temperatures in "°C"')
-    return units.read(value if value[:1].isdigit() else f"1 {value}", info.context)
+    return units.read(value if value[:1].isdigit() else f"1 {value}", cast(str, info.context))
 
 
 _Deviations = Annotated[
@@ -179,7 +180,7 @@ class _Motion(Section):
     """How long the motion is followed."""
 
 
-def _read_statistic(value: object) -> str:
+def _read_statistic(value: Any) -> str:
     percent = re.fullmatch(r"q(\d{1,2}(?:\.\d{1,12})?)", value) if isinstance(value, str) else None
     if value not in ("mean", "sd", "yield") and not (percent and float(percent[1]) > 0):
         raise ValueError(f"expected {_STATISTIC}")

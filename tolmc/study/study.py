@@ -156,7 +156,7 @@ class Study:
 
         A number of samples given here is the number drawn: it takes the place of ``until`` too.
         """
-        given = {"samples": samples, "seed": seed, "workers": workers}
+        given: dict[str, Any] = {"samples": samples, "seed": seed, "workers": workers}
         given = {name: value for name, value in given.items() if value is not None}
         try:
             validated(MonteCarloSection, given, "monte_carlo")

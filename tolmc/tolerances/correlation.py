@@ -29,8 +29,7 @@ def correlation_matrix(names: tuple[str, ...], correlation: Pairs | ArrayLike) -
         When it is no correlation matrix (symmetric, 1 on the diagonal, positive semidefinite); the message
         names the pair and what the others leave for it.
     """
-    read = _from_pairs if isinstance(correlation, Mapping) else _from_array
-    matrix = read(names, correlation)
+    matrix = _from_pairs(names, correlation) if isinstance(correlation, Mapping) else _from_array(names, correlation)
     if not is_semidefinite(matrix):
         a, b = worst_pair(names, matrix)
         value = float(matrix[names.index(a), names.index(b)])

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import index
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -84,7 +84,7 @@ class Dimension:
         set_frozen(self, nominal=finite_number(self._owner, "nominal", self.nominal), **self._limits())
         self._check_limits()
         if self.toleranced_size is not None:
-            self._check_toleranced_size()
+            self._check_toleranced_size(self.toleranced_size)
         if self.is_varied:
             self.distribution.check(self)
         self._check_lots()
@@ -119,8 +119,8 @@ class Dimension:
                 "allowed: > 0. Check the units and the signs of the deviations."
             )
 
-    def _check_toleranced_size(self) -> None:
-        limits = _class_limits(self.name, self.toleranced_size)
+    def _check_toleranced_size(self, toleranced_size: str) -> None:
+        limits = _class_limits(self.name, toleranced_size)
         if not np.allclose((self.lower, self.upper), limits, rtol=1e-12, atol=0.0):
             raise ValueError(
                 f"{self._owner}: lower = {self.lower!r}, upper = {self.upper!r} are not the limits of its "
@@ -172,7 +172,7 @@ class Dimension:
     def _moments(self) -> tuple[float, float]:
         return self.distribution.moments(self) if self.is_varied else (self.nominal, 0.0)
 
-    def ppf(self, u: ArrayLike):
+    def ppf(self, u: ArrayLike) -> np.ndarray:
         """Value below which the share u of the samples lies, 0 < u < 1."""
         p = np.asarray(u, float)
         return self.quantile(p, 1.0 - p)[()]
@@ -182,7 +182,7 @@ class Dimension:
         return self.distribution.quantile(p, q, self) if self.is_varied else np.full(np.shape(p), self.nominal)
 
     @classmethod
-    def symmetric(cls, name: str, nominal: float, tolerance: float, **options) -> Dimension:
+    def symmetric(cls, name: str, nominal: float, tolerance: float, **options: Any) -> Dimension:
         """nominal +- tolerance; `options` as in the class."""
         tolerance = finite_number(f"Dimension {name}", "tolerance", tolerance)
         if tolerance < 0:
@@ -190,7 +190,7 @@ class Dimension:
         return cls.from_deviations(name, nominal, -tolerance, tolerance, **options)
 
     @classmethod
-    def from_deviations(cls, name: str, nominal: float, lower: float, upper: float, **options) -> Dimension:
+    def from_deviations(cls, name: str, nominal: float, lower: float, upper: float, **options: Any) -> Dimension:
         """nominal with lower and upper deviation, such as -0.03e-3 and 0; `options` as in the class."""
         owner = f"Dimension {name}"
         nominal = finite_number(owner, "nominal", nominal)
@@ -198,14 +198,14 @@ class Dimension:
         return cls(name, nominal, nominal + lower, nominal + upper, **options)
 
     @classmethod
-    def from_limits(cls, name: str, lower: float, upper: float, **options) -> Dimension:
+    def from_limits(cls, name: str, lower: float, upper: float, **options: Any) -> Dimension:
         """Limits alone; the nominal is their middle. `options` as in the class."""
         owner = f"Dimension {name}"
         lower, upper = finite_number(owner, "lower", lower), finite_number(owner, "upper", upper)
         return cls(name, lower + (upper - lower) / 2, lower, upper, **options)
 
     @classmethod
-    def from_tolerance_class(cls, name: str, designation: str, **options) -> Dimension:
+    def from_tolerance_class(cls, name: str, designation: str, **options: Any) -> Dimension:
         """A radius or half-length from the size on the drawing, such as ``"40 H7"`` for bearing_radius.
 
         The nominal is the middle of the limits: equal basic sizes of hole and shaft leave no clearance.
@@ -213,7 +213,7 @@ class Dimension:
         return cls.from_limits(name, *_class_limits(name, designation), toleranced_size=designation, **options)
 
     @classmethod
-    def from_fit(cls, designation: str, **options) -> tuple[Dimension, Dimension]:
+    def from_fit(cls, designation: str, **options: Any) -> tuple[Dimension, Dimension]:
         """bearing_radius and journal_radius of an ISO 286 fit such as ``"40 H7/d9"``.
 
         The nominals are the middles of the limits: the fit's nominal diameter, common to both, leaves no
@@ -298,7 +298,7 @@ class Tolerances:
             name = self.varied[int(np.argmax(self._between_lots))].name
             raise ValueError(f"Tolerances: {name} varies between lots, but lot_size is missing; give it.")
         if not is_semidefinite(self._within_lots):
-            a, b = worst_pair([dimension.name for dimension in self.varied], self._within_lots)
+            a, b = worst_pair(tuple(dimension.name for dimension in self.varied), self._within_lots)
             raise ValueError(
                 f"Tolerances: the correlation of {a} and {b} cannot be met, as one varies mostly between "
                 "lots and the other mostly within; give them closer lot shares, or a smaller correlation."
@@ -356,7 +356,7 @@ class Tolerances:
         return lower_factor(self._within_lots), lot_sd[:, None] * lower_factor(self._scores)
 
 
-def _lot_size(value) -> int:
+def _lot_size(value: Any) -> int:
     try:
         size = index(value)
     except TypeError:

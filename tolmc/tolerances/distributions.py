@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from scipy import interpolate, special, stats
@@ -25,7 +26,9 @@ class Distribution:
     """Interface of the distributions below."""
 
     #: Whether the distribution has a scale of its own; the limits are then for the drawing only.
-    stands_alone = False
+    @property
+    def stands_alone(self) -> bool:
+        return False
 
     def check(self, dimension) -> None:
         """Raise ValueError when the distribution does not fit the dimension."""
@@ -99,7 +102,7 @@ class Normal(Distribution):
         """Mean and standard deviation of the process before inspection, in the dimension's unit."""
         lower, upper = dimension.lower, dimension.upper
         if self.mean is not None:
-            mean = dimension.nominal if self.mean == "nominal" else self.mean
+            mean = dimension.nominal if isinstance(self.mean, str) else self.mean
             margin = (upper - lower) / 2 if self.cpk is None else min(upper - mean, mean - lower)
             return mean, margin / (3 * (self.cpk or self.cp or 1.0))
         half = (upper - lower) / 2
@@ -335,7 +338,7 @@ class Measured(Distribution):
 
     values: np.ndarray
     method: str = "bootstrap"
-    bandwidth: float | None = None
+    bandwidth: float = cast(float, None)  # None: the rule of thumb, for the kernel method alone
 
     stands_alone = True
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 from dataclasses import dataclass
+from typing import cast
 
 GRADES = ("01", "0", *(str(n) for n in range(1, 19)))
 
@@ -339,7 +340,7 @@ class Fit:
     @property
     def toleranced_sizes(self) -> tuple[str, str]:
         """Hole and shaft as single toleranced sizes, such as ("40 H7", "40 d9")."""
-        size, hole, shaft = _FIT.fullmatch(self.designation.strip()).groups()
+        size, hole, shaft = cast(re.Match[str], _FIT.fullmatch(self.designation.strip())).groups()
         return f"{size} {hole}", f"{size} {shaft}"
 
     @property
@@ -350,12 +351,12 @@ class Fit:
     @property
     def bearing_radius(self) -> tuple[float, float]:
         """Limits of R*, m: half the hole's limits of size."""
-        return tuple((self.size + deviation) / 2 for deviation in self.hole)
+        return (self.size + self.hole[0]) / 2, (self.size + self.hole[1]) / 2
 
     @property
     def journal_radius(self) -> tuple[float, float]:
         """Limits of r*, m: half the shaft's limits of size."""
-        return tuple((self.size + deviation) / 2 for deviation in self.shaft)
+        return (self.size + self.shaft[0]) / 2, (self.size + self.shaft[1]) / 2
 
 
 _NOMINAL = r"[⌀Øø∅]?\s*([0-9]+(?:\.[0-9]+)?)\s*(?:mm)?\s*"
@@ -472,4 +473,5 @@ def _parts(designation: str) -> tuple[str, str, str]:
             f"ISO 286: {designation!r} is not understood{comma}; allowed: size in mm and a tolerance class, such as "
             "'40 H7' or '40 d9'."
         )
-    return match.groups()
+    size, letter, grade = match.groups()
+    return size, letter, grade

@@ -160,11 +160,11 @@ def _sobol_tables(columns: int, bits: int, seed: int) -> tuple[np.ndarray, np.nd
 def _direction_numbers(columns: int, bits: int, seed: np.random.SeedSequence) -> np.ndarray:
     """Shift and scrambled direction numbers, (1 + bits, columns): the points with one bit in Gray code."""
     engine = qmc.Sobol(columns, bits=_BITS, rng=np.random.default_rng(seed))
-    words = [engine.random(1)[0]]
+    points = [engine.random(1)[0]]
     for bit in range(bits):
         engine.fast_forward(2 ** (bit + 1) - 1 - engine.num_generated)
-        words.append(engine.random(1)[0])
-    words = (np.array(words) * 2.0**_BITS).astype(np.uint32)
+        points.append(engine.random(1)[0])
+    words = (np.array(points) * 2.0**_BITS).astype(np.uint32)
     words[1:] ^= words[0]
     return words
 
