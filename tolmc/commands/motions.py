@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tolmc.commands.written import written
 from tolmc.pictures import plots
+from tolmc.runs.nominal import study_motion
 from tolmc.study.file import load_study
 from tolmc.tables.motion import motion_blocks, sample_table
 from tolmc.terminal.grid import show
@@ -13,8 +14,6 @@ from tolmc.terminal.grid import show
 
 def simulate_study(path: Path, *, out: Path | None) -> None:
     """Integrate the nominal motion of a study file."""
-    from tolmc.runs.nominal import study_motion
-
     study = load_study(path)
     trajectory = study_motion(study)
     title = f"{study.title}: nominal motion"
@@ -26,7 +25,7 @@ def simulate_study(path: Path, *, out: Path | None) -> None:
 
 def replay_sample(directory: Path, sample: int, *, out: Path | None) -> None:
     """Integrate a sample of the run in ``directory`` again."""
-    from tolmc.runs.run import replay
+    from tolmc.runs.run import replay  # loads what a run needs, which the nominal motion does without
 
     study, scene, trajectory, row = replay(directory, sample)
     title = f"{study.title}: sample {sample}"
