@@ -10,6 +10,7 @@ import numpy as np
 from tolmc.kernels import parameters as P
 from tolmc.mechanism import geometry
 from tolmc.mechanism.scene import Scene
+from tolmc.quantities import GEOMETRY
 from tolmc.simulation import results as R
 from tolmc.simulation.integration import integrate
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, judged
@@ -35,12 +36,13 @@ def block_columns(
     """
     with np.errstate(all="ignore"):
         raw, code = pack({**scene.scalars, **columns}, n, scratch("raw", P.COUNT, n))
-        found = _geometry(raw, code != GEOMETRY_INVALID)
+        joint = _inside(code != GEOMETRY_INVALID)
+        found = {name: _geometry(name, raw, joint) for name in outputs if name in GEOMETRY}
         found["status_time"] = np.full(n, np.nan)
         valid = code == R.OK
         results: np.ndarray | None = None
         if integrates(outputs) and valid.any():
-            forces = wants_forces(outputs)
+            forces, valid = wants_forces(outputs), _inside(valid)
             results = _results(raw, valid, plan, forces, scene.duration, on_contact_loss, project_energy)
             code[valid] = results[R.STATUS, valid]
             found["status_time"] = np.where(code != R.OK, results[R.END_TIME], np.nan)
@@ -52,27 +54,25 @@ def block_columns(
     return {name: found[name] for name in (*outputs, "status_time")} | {"status": code}
 
 
-def _geometry(raw: np.ndarray, joint: np.ndarray) -> dict[str, np.ndarray]:
-    """Equations (1)-(3) of the samples that are a ``joint``; NaN of the others."""
-    large, small, length = raw[[P.BEARING_RADIUS, P.JOURNAL_RADIUS, P.HALF_LENGTH]]
-    tilt = np.full(raw.shape[1], np.nan)
-    if joint.any():
-        tilt[joint] = geometry.tilt_angle(large[joint], small[joint], length[joint])
-    approximate = np.where(joint, large - small, np.nan)
-    return {
-        "operating_bearing_radius": large,
-        "operating_journal_radius": small,
-        "operating_half_length": length,
-        "tilt_angle": tilt,
-        "effective_radius": raw[P.RADIUS],
-        "approximate_radius": approximate,
-    }
+def _inside(chosen: np.ndarray) -> np.ndarray | slice:
+    """The places that are chosen; all of them as a slice, which copies nothing."""
+    return slice(None) if chosen.all() else chosen
+
+
+def _geometry(name: str, raw: np.ndarray, joint: np.ndarray | slice) -> np.ndarray:
+    """One of equations (1)-(3) of the samples that are a ``joint``; NaN of the others."""
+    if name == "effective_radius":
+        return raw[P.RADIUS]
+    values = np.full(raw.shape[1], np.nan)
+    large, small, length = (raw[row, joint] for row in (P.BEARING_RADIUS, P.JOURNAL_RADIUS, P.HALF_LENGTH))
+    if large.size:
+        values[joint] = getattr(geometry, name)(large, small, length)
+    return values
 
 
 def _results(raw, valid, plan: Plan, forces: bool, duration: float, on_contact_loss: str, project_energy: bool):
     """The kernels' results (results.RESULTS, n); NaN of the samples that are not ``valid``."""
-    everything = valid.all()
-    inside = raw if everything else np.ascontiguousarray(raw[:, valid])
+    inside = np.ascontiguousarray(raw[:, valid])
     if plan.formulation == "slope":
         out = scratch("results", R.RESULTS, inside.shape[1])
         part = integrate(inside, plan, forces, duration, on_contact_loss, project_energy, out)
@@ -82,7 +82,7 @@ def _results(raw, valid, plan: Plan, forces: bool, duration: float, on_contact_l
             part[R.HALVING_ERROR] = difference(part, fine, inside[P.RADIUS], plan, forces)
     else:
         part = published_results(inside, plan, forces, duration, on_contact_loss)
-    if everything:
+    if isinstance(valid, slice):
         return part
     results = np.full((R.RESULTS, raw.shape[1]), np.nan)
     results[:, valid] = part

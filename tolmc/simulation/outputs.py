@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 
 from tolmc import quantities
 from tolmc.mechanism.checks import choice
@@ -52,7 +51,7 @@ def _has(plan: Plan, project_energy: bool) -> dict[str, bool]:
     return {
         "": True,
         quantities.ON_REQUEST: False,
-        **asdict(plan.features),
+        **vars(plan.features),
         "slope": plan.formulation == "slope",
         "project_energy": project_energy,
     }
