@@ -89,7 +89,7 @@ def of_contact(shares: pd.DataFrame, *, is_watched: bool, on_contact_loss: str) 
 
 def of_integration(plan: Mapping, summary: pd.DataFrame) -> str:
     """How the motions were integrated, and how large the error of that is against the sampling error."""
-    if set(summary.index) <= set(quantities.OUTPUTS[:3]):
+    if set(summary.index) <= set(quantities.GEOMETRY):
         return "Integration: none; the outputs follow from the dimensions alone."
     sentences = [
         f"Integration: {plan['steps']:,} steps of {plan['method']} ({plan['formulation']} form) for each motion.",
