@@ -89,7 +89,8 @@ ON_REQUEST = "on request"
 class Output(Quantity):
     """A number that a motion gives.
 
-    Groups: "geometry" follows from the dimensions without a motion; "statistics" are gathered along the motion from its
+    Groups: "geometry" follows from the dimensions without a motion, and is a row of the kernels' parameters or a function of
+    tolmc.mechanism.geometry; "statistics" are gathered along the motion from its
     contact forces; "integration" watches the integration; "end" is the state at the end of the motion.
 
     ``when``: what a scene must have for it to exist, a feature of the simulation or one of its options, "slope" the coordinates
@@ -153,13 +154,13 @@ def _contact_force(end: str, statistic: str, word: str, settled: str = "at end")
 #: In the order in which tables show them.
 OUTPUT_ROWS = (
     *(
-        Output(f"operating_{name}", "length", f"{label} in operation", symbol, group="geometry", when="operating",
+        Output(f"operating_{name}", "length", f"{label} in operation", symbol, name.upper(), "geometry", when="operating",
                settled="at start")
         for name, label, symbol in (("bearing_radius", "Bearing radius", "R*"), ("journal_radius", "Journal radius", "r*"),
                                     ("half_length", "Half length", "L"))
     ),
     Output("tilt_angle", "angle", "Tilt angle ψ", "ψ", group="geometry", settled="at start"),
-    Output("effective_radius", "length", "Effective radius r", "r", group="geometry", settled="at start"),
+    Output("effective_radius", "length", "Effective radius r", "r", "RADIUS", "geometry", settled="at start"),
     Output("approximate_radius", "length", "Approx. radius R* − r*", "R* − r*", group="geometry", settled="at start"),
     *(
         _contact_force(end, *statistic)

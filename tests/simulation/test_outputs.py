@@ -10,6 +10,8 @@ from tolmc.simulation import outputs
 from tolmc.simulation.features import Features
 from tolmc.simulation.plan import Plan
 
+OPERATING = tuple(f"operating_{name}" for name in quantities.JOINT)
+
 
 def plan(formulation="slope", **features):
     return Plan(formulation, "rk8", 8, 1e-7, features=Features(**features))
@@ -18,12 +20,12 @@ def plan(formulation="slope", **features):
 @pytest.mark.parametrize(
     ("features", "project_energy", "absent"),
     [
-        ({}, False, {"momentum_error", "spin_error", "energy_correction"}),
-        ({"momentum": True}, False, {"spin_error", "energy_correction"}),
-        ({"momentum": True, "spin": True}, True, set()),
+        ({}, False, {"momentum_error", "spin_error", "energy_correction", *OPERATING}),
+        ({"momentum": True}, False, {"spin_error", "energy_correction", *OPERATING}),
+        ({"momentum": True, "spin": True, "operating": True}, True, set()),
     ],
 )
-def test_a_scene_has_the_invariants_that_its_features_keep(features, project_energy, absent):
+def test_a_scene_has_what_its_features_keep(features, project_energy, absent):
     found = outputs.scene_outputs(plan(**features), project_energy)
     assert found == tuple(name for name in OUTPUTS if name not in absent)
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from tolmc import quantities
 from tolmc.kernels import parameters as P
 from tolmc.mechanism import geometry
 from tolmc.mechanism.scene import Scene
-from tolmc.quantities import GEOMETRY
 from tolmc.simulation import results as R
 from tolmc.simulation.integration import integrate
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, judged
@@ -37,7 +37,7 @@ def block_columns(
     with np.errstate(all="ignore"):
         raw, code = pack({**scene.scalars, **columns}, n, scratch("raw", P.COUNT, n))
         joint = _inside(code != GEOMETRY_INVALID)
-        found = {name: _geometry(name, raw, joint) for name in outputs if name in GEOMETRY}
+        found = {name: _geometry(name, raw, joint) for name in outputs if name in quantities.GEOMETRY}
         found["status_time"] = np.full(n, np.nan)
         valid = code == R.OK
         results: np.ndarray | None = None
@@ -60,9 +60,10 @@ def _inside(chosen: np.ndarray) -> np.ndarray | slice:
 
 
 def _geometry(name: str, raw: np.ndarray, joint: np.ndarray | slice) -> np.ndarray:
-    """One of equations (1)-(3) of the samples that are a ``joint``; NaN of the others."""
-    if name == "effective_radius":
-        return raw[P.RADIUS]
+    """What follows from the dimensions of the samples that are a ``joint``; NaN of the others."""
+    row = quantities.of(name).row
+    if row:
+        return raw[getattr(P, row)]
     values = np.full(raw.shape[1], np.nan)
     large, small, length = (raw[row, joint] for row in (P.BEARING_RADIUS, P.JOURNAL_RADIUS, P.HALF_LENGTH))
     if large.size:

@@ -10,7 +10,9 @@ from tolmc.simulation import results as R
 from tolmc.simulation.plan import Plan
 
 #: Row of the kernels' results that holds an output.
-ROWS = {output.name: getattr(R, output.row) for output in quantities.OUTPUT_ROWS if output.row}
+ROWS = {
+    output.name: getattr(R, output.row) for output in quantities.OUTPUT_ROWS if output.name not in quantities.GEOMETRY
+}
 
 
 def integrates(outputs: Sequence[str] | None) -> bool:
