@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from places import STUDIES
 
+from tolmc.mechanism.operating import Operating
 from tolmc.study.file import load_study
 from tolmc.tables.dimensions import _tolerance_classes, constants_table, dimensions_table
 from tolmc.text import typeset
@@ -22,6 +23,18 @@ def test_fits_read_alike_however_they_are_spaced(fit):
     source = f'[dimensions]\nfit = "{fit}"\nhalf_length = {{ diameter = "30mm js7" }}'
     classes = _tolerance_classes(replace(study, source=source))
     assert classes == {"bearing_radius": "40 D9", "journal_radius": "40 d9", "half_length": "30 js7"}
+
+
+def test_conditions_are_constants_where_the_study_sets_them():
+    study = load_study(JOINT)
+    hot = replace(study, scene=replace(study.scene, operating=Operating(80.0, bearing_expansion="steel")))
+
+    def named(study):
+        return [row[0].text for row in constants_table(study).written(typeset).rows]
+
+    assert [name for name in named(hot) if name not in named(study)] == [
+        "Bearing temperature", "Journal temperature", "Bearing expansion",
+    ]  # fmt: skip
 
 
 def test_angular_velocities_are_told_in_the_rpm_of_the_study():

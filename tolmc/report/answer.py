@@ -159,7 +159,7 @@ def _contact(shares: pd.DataFrame, is_watched: bool, on_contact_loss: str) -> It
 
 def _model_error(study: Study) -> Iterator[str]:
     """A warning where the circle of constant radius may decide a requirement on a contact force."""
-    joint = study.scene.joint
+    joint = study.scene.joint_in_operation
     error = section_error_estimate(joint)["contact_force"]
     if (
         joint.section == "circle"

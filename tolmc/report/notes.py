@@ -128,7 +128,7 @@ def limits(study: Study) -> list[str]:
         "Journal, bearing and body are rigid; the contact has no friction, no lubricant film, no compliance and no impact.",
         "The journal touches the bearing at both ends all the time. Where a contact force would turn negative the real journal "
         f"leaves the wall: {_ON_CONTACT_LOSS[study.on_contact_loss]}.",
-        _section(study.scene.joint),
+        _section(study.scene.joint_in_operation),
         "Bore and journal are perfect cylinders: errors of form (roundness, straightness, coaxiality), roughness, wear and "
         "thermal expansion have to be part of the limits of R*, r* and L.",
         f"One motion is judged: this start, these loads, {phrases.quantity('status_time', study.scene.duration)}. Other "

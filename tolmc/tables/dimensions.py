@@ -116,9 +116,9 @@ def _on_drawing(name: str, nominal: float, low: float, high: float, classes: Map
 
 
 def constants_table(study: Study) -> Table:
-    """Scalars of the scene that are the same in every sample and not zero."""
-    varied = study.tolerances.names
-    held = {name: value for name, value in study.scene.scalars.items() if name not in varied and value != 0}
+    """Scalars of the scene that are the same in every sample and not zero; of conditions, where the study sets them."""
+    apart = {*study.tolerances.names, *(() if study.scene.operating else quantities.OPERATING)}
+    held = {name: value for name, value in study.scene.scalars.items() if name not in apart and value != 0}
     held = {name: held[name] for name in quantities.SCALARS if name in held}
     rows = tuple(
         cells(quantities.label(name), Cell(quantity(name, value), _in_rpm(study, name, value)))

@@ -26,7 +26,7 @@ def motion_blocks(trajectory: Trajectory, scene: Scene, *, title: str) -> Iterat
         trajectory.contact_force,
     )
     yield _instants(trajectory, forces, title)
-    joint = scene.joint
+    joint = scene.joint_in_operation
     yield Note(
         f"Largest tilt the clearance allows: {np.degrees(joint.tilt_angle):.7g} deg; "
         f"r = {1e3 * joint.effective_radius:.7g} mm (R* − r* = {1e3 * joint.approximate_radius:.7g} mm)"

@@ -33,10 +33,10 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
         yield _step_note(result.plan.unresolved)
     if not math.isnan(result.plan.pilot_error):
         yield budget_table(result.summary)
-    if study.scene.joint.section == "circle" and any(
+    if study.scene.joint_in_operation.section == "circle" and any(
         quantities.of(name).kind == "force" for name in result.summary.index
     ):
-        yield section_note(study.scene.joint)
+        yield section_note(study.scene.joint_in_operation)
 
 
 def _contact_notes(result: StudyResult) -> Iterator[Note]:

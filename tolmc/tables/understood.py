@@ -56,7 +56,11 @@ def _joint(study: Study) -> Iterator[tuple[str, str]]:
     if corners:
         low, high = np.degrees(min(corners)), np.degrees(max(corners))
         yield "Tilt allowed", f"{math.degrees(joint.tilt_angle):.4g} deg, {low:.4g} to {high:.4g} deg"
-    error = 100 * section_error_estimate(joint)["position"]
+    operating = study.scene.joint_in_operation
+    if study.scene.operating is not None:
+        clearance, tilt = 2e3 * operating.approximate_radius, math.degrees(operating.tilt_angle)
+        yield "In operation", f"{clearance:.4g} mm on the diameter, {tilt:.4g} deg at the nominal temperatures and wear"
+    error = 100 * section_error_estimate(operating)["position"]
     kind = "circles of constant radius" if joint.section == "circle" else "the bearing's rims"
     yield "Section", f"{joint.section}: {kind}; circles misstate the axis's position by up to {error:.2g} %"
 
@@ -122,7 +126,7 @@ def _fastest_rate(scene: Scene) -> float:
         pull += np.linalg.norm(loads.force[:2]) / body.mass
     transverse = max(body.inertia[0, 0], body.inertia[1, 1])
     return max(
-        math.sqrt(pull / scene.joint.effective_radius),
+        math.sqrt(pull / scene.joint_in_operation.effective_radius),
         abs(start.alpha_rate),
         abs(start.beta_rate),
         abs(start.spin_rate) * (body.inertia[2, 2] / transverse if body.is_symmetric else 1.0),
