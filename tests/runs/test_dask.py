@@ -9,7 +9,7 @@ import time
 
 import pandas as pd
 import pytest
-from calls import dies
+from calls import cannot, dies, note
 from frames import assert_bitwise_equal
 from small_study import GEOMETRY, write
 
@@ -71,6 +71,21 @@ def test_a_killed_worker_loses_nothing(tmp_path, cluster, monkeypatch):
 def test_a_block_that_kills_its_workers_ends_the_run(cluster):
     with crew(2, cluster.scheduler_address) as workers, pytest.raises(ClusterError, match="gave a block up"):
         list(workers.map(dies, ((value,) for value in range(6))))
+
+
+def test_an_error_in_a_call_reaches_the_caller(cluster):
+    with crew(2, cluster.scheduler_address) as workers, pytest.raises(ArithmeticError, match="three"):
+        list(workers.map(cannot, ((value,) for value in range(100))))
+
+
+def test_what_is_not_collected_is_not_computed(cluster, tmp_path):
+    folder = tmp_path / "computed"
+    folder.mkdir()
+    with crew(2, cluster.scheduler_address) as workers:
+        results = workers.map(note, ((folder, value) for value in range(1000)))
+        assert [next(results) for _ in range(10)] == list(range(10))
+        results.close()
+    assert 10 <= len(list(folder.iterdir())) < 20
 
 
 def test_a_cluster_that_cannot_be_used_is_refused(tmp_path):

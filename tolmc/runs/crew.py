@@ -1,4 +1,4 @@
-"""Joblib workers that do calls in parallel and hand the results back in order: threads here, or a Dask cluster.
+"""Workers that do calls in parallel and hand the results back in order: threads here, or a Dask cluster.
 
 Threads, because the kernels run without the interpreter lock and share one compilation, and because no array is then
 copied between processes.
@@ -11,23 +11,32 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any
+from typing import Protocol
 
 import joblib
 
 from tolmc.errors import ClusterError
 
 
-@dataclass(frozen=True)
-class Crew:
-    """``size`` workers of a joblib ``backend``."""
+class Crew(Protocol):
+    """``size`` workers."""
 
-    size: int
-    backend: Any
+    @property
+    def size(self) -> int: ...
 
     def map(self, function: Callable, calls: Iterable[tuple]) -> Generator:
-        """``function(*call)`` for every call, in the order of the calls, as they become ready."""
-        with joblib.parallel_config(self.backend):
+        """``function(*call)`` for every call, in the order of the calls, as they become ready.
+
+        What is not collected is not computed, but for a few calls ahead.
+        """
+
+
+@dataclass(frozen=True)
+class _Threads:
+    size: int
+
+    def map(self, function: Callable, calls: Iterable[tuple]) -> Generator:
+        with joblib.parallel_config("threading"):
             parallel = joblib.Parallel(n_jobs=self.size, batch_size=1, return_as="generator")
             results = parallel(joblib.delayed(function)(*call) for call in calls)
         try:
@@ -45,11 +54,11 @@ def crew(workers: int, cluster: str | None = None) -> Iterator[Crew]:
     ClusterError where Dask is missing or the cluster cannot be used, and from :meth:`Crew.map` where it gave up.
     """
     if cluster is None:
-        yield Crew(workers, "threading")
+        yield _Threads(workers)
         return
     try:
-        from tolmc.runs.dask import cluster_backend
+        from tolmc.runs.dask import cluster_crew
     except ImportError:
         raise ClusterError('a cluster needs Dask: pip install "tolmc[cluster]".') from None
-    with cluster_backend(cluster) as (size, backend):
-        yield Crew(size, backend)
+    with cluster_crew(cluster) as workers_there:
+        yield workers_there

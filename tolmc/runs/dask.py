@@ -1,46 +1,63 @@
-"""Workers of an existing Dask cluster, through joblib's Dask backend; importing this needs Dask."""
+"""Workers of an existing Dask cluster; importing this needs Dask."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from concurrent.futures import Future
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
 
-from dask.distributed import Client
-from joblib._dask import DaskDistributedBackend
+from dask.distributed import CancelledError, Client, Future, KilledWorker
 
 from tolmc.errors import ClusterError
 
 _CONNECT_SECONDS = 10
-
-
-class _Backend(DaskDistributedBackend):
-    """Joblib's backend, which waits for ever for a task that Dask itself gave up (its workers died again and again)."""
-
-    def submit(self, func, callback=None):
-        future = super().submit(func, callback)
-        future.add_done_callback(lambda done: callback(done) if done.exception() else None)
-        return future
-
-    def retrieve_result_callback(self, out):
-        if isinstance(out, Future):
-            raise ClusterError(f"the cluster gave a block up: {out.exception()}")
-        return super().retrieve_result_callback(out)
+#: Calls that a worker has at hand: while one result waits to be collected it does the next.
+_AHEAD = 3
 
 
 class _Client(Client):
     """Dask's client, which does not close itself when it cannot start and then holds up the end of the process."""
 
-    def start(self, **options):
+    def start(self, **options: Any) -> None:
         with ExitStack() as undo:
             undo.callback(self.close)
             super().start(**options)
             undo.pop_all()
 
 
+@dataclass(frozen=True)
+class _Workers:
+    """All workers of the cluster that ``client`` is connected to."""
+
+    client: Client
+    size: int
+
+    def map(self, function: Callable, calls: Iterable[tuple]) -> Generator:
+        tasks = (self.client.submit(function, *call, pure=False) for call in calls)
+        waiting = deque(islice(tasks, _AHEAD * self.size))
+        try:
+            while waiting:
+                result = _result(waiting[0])
+                waiting.popleft()
+                waiting.extend(islice(tasks, 1))
+                yield result
+        finally:
+            self.client.cancel(list(waiting))
+
+
+def _result(future: Future) -> Any:
+    try:
+        return future.result()
+    except (KilledWorker, CancelledError) as error:
+        raise ClusterError(f"the cluster gave a block up: {error}") from None
+
+
 @contextmanager
-def cluster_backend(address: str) -> Iterator[tuple[int, DaskDistributedBackend]]:
-    """Number and joblib backend of all workers of the Dask cluster whose scheduler is at ``address``, such as "tcp://host:8786".
+def cluster_crew(address: str) -> Iterator[_Workers]:
+    """All workers of the Dask cluster whose scheduler is at ``address``, such as "tcp://host:8786".
 
     Raises
     ------
@@ -57,4 +74,4 @@ def cluster_backend(address: str) -> Iterator[tuple[int, DaskDistributedBackend]
         size = sum(client.ncores().values())
         if size == 0:
             raise ClusterError(f"the Dask cluster at {address!r} has no workers; start some with `dask worker`.")
-        yield size, _Backend(client=client)
+        yield _Workers(client, size)
