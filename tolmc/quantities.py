@@ -50,7 +50,8 @@ class Quantity:
     """A named quantity.
 
     ``kind`` is a name in :data:`KINDS`, ``label`` what tables call it, ``symbol`` the model's, ``row`` the kernels' name of the
-    row that holds it, ``group`` what it belongs to, ``within`` what a sentence calls it (the label when not given).
+    row that holds it, ``group`` what it belongs to, ``within`` what a sentence calls it (the label when not given), ``times``
+    how many of the model's it is.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Quantity:
     row: str = ""
     group: str = ""
     within: str = ""
+    times: float = 1.0
 
     @property
     def phrase(self) -> str:
@@ -190,7 +192,14 @@ OUTPUT_ROWS = (
     ),
 )  # fmt: skip
 
-_OTHERS = (Quantity("duration", "time", "Duration"), Quantity("status_time", "time", "Status time"))
+#: What a drawing gives of the joint: twice the model's scalar, in whose numbers it is kept.
+DRAWN_ROWS = (
+    Quantity("bearing_diameter", "length", "Bearing diameter 2 R*", "2 R*", group="joint", times=2.0),
+    Quantity("journal_diameter", "length", "Journal diameter 2 r*", "2 r*", group="joint", times=2.0),
+    Quantity("bearing_length", "length", "Bearing length 2 L", "2 L", group="joint", times=2.0),
+)
+
+_OTHERS = (*DRAWN_ROWS, Quantity("duration", "time", "Duration"), Quantity("status_time", "time", "Status time"))
 
 _ROWS = {row.name: row for row in (*SCALAR_ROWS, *OUTPUT_ROWS, *_OTHERS)}
 
@@ -200,6 +209,8 @@ SCALARS = tuple(row.name for row in SCALAR_ROWS)
 JOINT, START, OPERATING = (
     tuple(row.name for row in SCALAR_ROWS if row.group == group) for group in ("joint", "start", "operating")
 )
+#: What a drawing calls each scalar of the joint.
+DRAWN = dict(zip(JOINT, (row.name for row in DRAWN_ROWS), strict=True))
 #: Every output that a study may name.
 OUTPUTS = tuple(row.name for row in OUTPUT_ROWS if row.when != ON_REQUEST)
 #: Those that every scene has.
@@ -237,8 +248,9 @@ def unit(name: str) -> str:
 
 def shown(name: str) -> tuple[str, float]:
     """Unit in which the named quantity is shown to people, and its number in one SI unit."""
-    kind = KINDS[_ROWS[name].kind]
-    return kind.shown, kind.factor
+    row = _ROWS[name]
+    kind = KINDS[row.kind]
+    return kind.shown, kind.factor * row.times
 
 
 def label(name: str) -> str:

@@ -155,7 +155,8 @@ def with_status(status, y=None):
 def printed(result):
     """The winner and the verdict; the tables after them are of named outputs."""
     console = Console(record=True, width=400, file=StringIO())
-    blocks = allocation_blocks(result, title="A study")
+    names = [choice.name for choice in result.plan.choices]
+    blocks = allocation_blocks(result, title="A study", shown_names=dict(zip(names, names, strict=True)))
     show([next(blocks), *takewhile(lambda block: isinstance(block, Note), blocks)], console)
     return console.export_text()
 

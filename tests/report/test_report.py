@@ -372,10 +372,10 @@ class TestOtherRuns:
         write_report(directory)
         table = markdown_table(directory, "## Dimensions and tolerances")
         assert list(table["on the drawing"][:2]) == ["⌀40 D9", "⌀40 d9"]
-        assert table["limits"][0] == "20.040 to 20.071"  # (40 mm + 80 and 142 µm)/2
+        assert table["limits"][0] == "40.080 to 40.142"  # 40 mm + 80 and 142 µm
         text = text_of(page_of(directory))
-        assert "Correlation of Bearing radius R* and Journal radius r*: 0.25." in text
-        assert "lots of 8; share of the variance between lots: Bearing radius R* 30 %" in text
+        assert "Correlation of Bearing diameter 2 R* and Journal diameter 2 r*: 0.25." in text
+        assert "lots of 8; share of the variance between lots: Bearing diameter 2 R* 30 %" in text
         assert "computed from the scatter among the lots" in text
         assert "Interactions and correlation" in text
 

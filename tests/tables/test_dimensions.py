@@ -8,9 +8,9 @@ from places import STUDIES
 
 from tolmc.mechanism.operating import Operating
 from tolmc.study.file import load_study
-from tolmc.tables.dimensions import _tolerance_classes, constants_table, dimensions_table
+from tolmc.tables.dimensions import constants_table, dimensions_table
 from tolmc.text import typeset
-from tolmc.tolerances.dimension import Dimension
+from tolmc.tolerances.dimension import Dimension, Tolerances
 
 JOINT = STUDIES / "paper_joint.toml"
 
@@ -19,10 +19,10 @@ JOINT = STUDIES / "paper_joint.toml"
     "fit", ["40 D9/d9", "40D9/d9", "⌀ 40 D9/d9", "40mm D9/d9", "40 mm D9 / d9", "Ø40mmD9/ d9", "40.0 D9/d9"]
 )
 def test_fits_read_alike_however_they_are_spaced(fit):
-    study = load_study(JOINT)
-    source = f'[dimensions]\nfit = "{fit}"\nhalf_length = {{ diameter = "30mm js7" }}'
-    classes = _tolerance_classes(replace(study, source=source))
-    assert classes == {"bearing_radius": "40 D9", "journal_radius": "40 d9", "half_length": "30 js7"}
+    dimensions = (*Dimension.from_fit(fit), Dimension.from_tolerance_class("half_length", "30mm js7"))
+    rows = dimensions_table(replace(load_study(JOINT), tolerances=Tolerances(dimensions))).rows
+    assert [row[1].content for row in rows] == ["⌀40 D9", "⌀40 d9", "30 js7"]
+    assert [row[0].content for row in rows] == ["Bearing diameter 2 R*", "Journal diameter 2 r*", "Bearing length 2 L"]
 
 
 def test_conditions_are_constants_where_the_study_sets_them():

@@ -16,13 +16,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 
-from tolmc import quantities, units
+from tolmc import units
 from tolmc.allocation.allocate import Plan
 from tolmc.allocation.offers import ANCHORS, LAWS, Curve, Grades, with_widths
+from tolmc.quantities import DRAWN, JOINT
+from tolmc.study.drawing import model_name
 from tolmc.study.fields import (
     Faults,
     Form,
     Own,
+    OwnUnit,
     Section,
     check_names,
     in_section,
@@ -36,8 +39,6 @@ from tolmc.study.sections import MAX_SAMPLES
 from tolmc.study.study import Study, StudyError
 from tolmc.tolerances import fits
 from tolmc.tolerances.dimension import Dimension, Tolerances
-
-_GRADED = ("bearing_radius", "journal_radius", "half_length")
 
 
 def _share(low: float):
@@ -119,21 +120,27 @@ def _plan(study: Study) -> Plan:
         raise Faults("[allocation] is missing; say there what tolerances cost and which yield is required.")
     table = validated(AllocationSection, study.allocation, "allocation")
     names = tuple(dimension.name for dimension in study.tolerances.dimensions)
-    check_names(table.dimensions, names, "allocation", "dimensions")
-    choices = tuple(_choice(study, name, entry) for name, entry in table.dimensions.items())
+    check_names(
+        table.dimensions, (*names, *(DRAWN[name] for name in names if name in DRAWN)), "allocation", "dimensions"
+    )
+    choices = tuple(_choice(study, word, entry) for word, entry in table.dimensions.items())
+    if len({choice.name for choice in choices}) < len(choices):
+        raise Faults(
+            "[allocation] dimensions: a dimension is there twice, by its own name and the drawing's; leave one out."
+        )
     seed = study.seed if table.seed is None else table.seed
     return Plan(choices, table.target_yield, table.confidence, table.samples, seed)
 
 
-def _choice(study: Study, name: str, entry: object) -> Grades | Curve:
-    where = ("allocation", "dimensions", name)
-    choice = validated(ChoiceSection, entry, *where, context=quantities.unit(name))
+def _choice(study: Study, word: str, entry: object) -> Grades | Curve:
+    name, where = model_name(word), ("allocation", "dimensions", word)
+    choice = validated(ChoiceSection, entry, *where, context=OwnUnit.of(word))
     cost: _Cost | None = choice.cost
     ends: dict[str, Any] = {"narrowest": choice.narrowest, "widest": choice.widest}
     if (choice.grades is None) == (cost is None):
         raise Faults(f"{place(*where)} must have either grades or cost; give one of them.")
     if cost is None:
-        return _grades(study, name, choice)
+        return _grades(study, name, choice, (*where, "grades"))
     for field, width in ends.items():
         if width is None:
             raise Faults(f"{place(*where, field)} is missing; give the {field} zone that can be bought.")
@@ -142,10 +149,9 @@ def _choice(study: Study, name: str, entry: object) -> Grades | Curve:
     return Curve(name, ends["narrowest"], ends["widest"], cost.at, cost.variable, cost.fixed, cost.law, choice.anchor)
 
 
-def _grades(study: Study, name: str, choice: ChoiceSection) -> Grades:
-    where = ("allocation", "dimensions", name, "grades")
-    if name not in _GRADED:
-        raise Faults(f"{place(*where)}: ISO 286 grades are for {', '.join(_GRADED)}; give {name} a cost function.")
+def _grades(study: Study, name: str, choice: ChoiceSection, where: tuple[str, ...]) -> Grades:
+    if name not in JOINT:
+        raise Faults(f"{place(*where)}: ISO 286 grades are for {', '.join(JOINT)}; give {name} a cost function.")
     if not choice.grades:
         raise Faults(f"{place(*where)} is empty; give at least one grade with its cost, such as IT7 = 9.0.")
     if choice.narrowest is not None or choice.widest is not None:

@@ -58,7 +58,7 @@ def allocate_study(path: str | Path, *, out: str | Path | None = None) -> Alloca
     """
     study = load_study(path)
     result = allocate(study)
-    blocks = list(allocation_blocks(result, title=study.title))
+    blocks = list(allocation_blocks(result, title=study.title, shown_names=study.tolerances.shown_names))
     show(blocks)
     directory = Path(out or Path("runs") / f"{study.name}_allocation")
     tables = [block for block in blocks if isinstance(block, Table)]

@@ -12,6 +12,7 @@ from tolmc import quantities, units
 from tolmc.allocation.study_table import AllocationSection, ChoiceSection
 from tolmc.errors import InputError
 from tolmc.quantities import OUTPUTS, SCALARS
+from tolmc.study.drawing import MODEL_NAMES
 from tolmc.study.guide import FieldGuide, NamedTables, TableGuide, guide, json_schema
 
 _WIDTH = 100
@@ -20,7 +21,7 @@ _WIDTH = 100
 @cache
 def study_schema() -> dict[str, Any]:
     """JSON schema of the whole study file."""
-    return json_schema(AllocationSection, NamedTables("allocation.dimensions", SCALARS, ChoiceSection))
+    return json_schema(AllocationSection, NamedTables("allocation.dimensions", (*MODEL_NAMES, *SCALARS), ChoiceSection))
 
 
 def explain(word: str | None) -> str:
@@ -71,7 +72,10 @@ def _quantity(name: str) -> Iterator[str]:
     shown, _ = quantities.shown(name)
     what = f"{name}: {quantities.label(name)}" + (f", shown in {shown}" if shown else "") + "."
     example = units.example(quantities.unit(name))
-    if name in SCALARS:
+    if name in MODEL_NAMES:
+        half = f"the model takes {MODEL_NAMES[name]}, half of it"
+        yield f'{what}\n  As on the drawing: [dimensions] {name} = "40 ±0.05 mm"; {half}.'
+    elif name in SCALARS:
         yield f'{what}\n  May have a tolerance: [dimensions] {name} = {{ tolerance = "{example}" }}'
     elif name in OUTPUTS:
         yield f'{what}\n  An output; may have limits: [specification] {name} = {{ max = "{example}" }}'
@@ -93,7 +97,7 @@ def _field_text(field: FieldGuide) -> str:
 
 
 def _all_names(tables: list[TableGuide]) -> list[str]:
-    names = {*SCALARS, *OUTPUTS}
+    names = {*MODEL_NAMES, *SCALARS, *OUTPUTS}
     for table in tables:
         names |= {table.name, *(field.name for field in table.fields)}
         names |= {f"{table.name}.{field.name}".lstrip(".") for field in table.fields}

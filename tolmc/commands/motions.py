@@ -31,5 +31,6 @@ def replay_sample(directory: Path, sample: int, *, out: Path | None) -> None:
     title = f"{study.title}: sample {sample}"
     out = out or directory / f"sample_{sample}.png"
     plots.save(plots.draw_trajectory(trajectory, scene, title=title), out)
+    row = {study.tolerances.shown_names.get(name, name): value for name, value in row.items()}
     show([sample_table(row), *motion_blocks(trajectory, scene, title=title)])
     written(out)

@@ -173,11 +173,16 @@ class _Content:
 
     @cached_property
     def failure_sources(self) -> pd.DataFrame:
-        return failure_sources(self.samples, inputs=self.inputs, lot_size=self.drawn["lot_size"], **self.judged)
+        found = failure_sources(self.samples, inputs=self.inputs, lot_size=self.drawn["lot_size"], **self.judged)
+        return self._as_shown(found)
 
     @cached_property
     def indices(self) -> pd.DataFrame:
-        return first_order(self.examined, **self._of_examined)
+        return self._as_shown(first_order(self.examined, **self._of_examined))
+
+    def _as_shown(self, table: pd.DataFrame) -> pd.DataFrame:
+        """The table with its dimensions named as people are shown them; their values stay the model's."""
+        return table.rename(index=self.study.tolerances.shown_names, level="dimension")
 
     @property
     def _of_examined(self) -> dict:
@@ -217,10 +222,11 @@ class _Content:
             yield requirements_table(self.study, self.shares, self.capability, self.target, self._table("yields.csv"))
             yield capability_table(self.capability, self._tolerance_intervals())
         if self.inputs:
-            directions = rank_correlation(self.examined, **self._of_examined)
+            directions = self._as_shown(rank_correlation(self.examined, **self._of_examined))
             are_correlated = self.study.tolerances.correlation is not None
             yield contributions_table(self.indices, directions, are_correlated=are_correlated)
-            yield failures_table(self.failure_sources, self.inputs)
+            shown_names = self.study.tolerances.shown_names
+            yield failures_table(self.failure_sources, [shown_names[name] for name in self.inputs])
         if self.summary is not None:
             yield outputs_table(self.summary)
             yield budget_table(self.summary)
@@ -229,7 +235,7 @@ class _Content:
             yield stackup_table(stackup)
             yield accelerated_table(stackup)
         if (indices := self._table("sobol_indices.csv")) is not None:
-            yield indices_table(indices, self.foremost)
+            yield indices_table(self._as_shown(indices), self.foremost)
 
     def _tolerance_intervals(self) -> dict[str, ToleranceInterval]:
         return {
@@ -243,7 +249,7 @@ class _Content:
 
     def curves(self) -> list[list[Panel]]:
         curves = self._table("one_at_a_time.csv")
-        return [] if curves is None else panels(curves, self.foremost, self.study.specification)
+        return [] if curves is None else panels(self._as_shown(curves), self.foremost, self.study.specification)
 
     def _table(self, name: str) -> pd.DataFrame | None:
         path = self.run.path / name

@@ -36,7 +36,7 @@ def relations(study: Study) -> str:
     sentences = []
     if tolerances.correlation is not None:
         matrix = np.array(tolerances.correlation)
-        labels = [quantities.label(name) for name in tolerances.names]
+        labels = [quantities.label(dimension.shown_name) for dimension in tolerances.dimensions]
         pairs = [
             f"{labels[i]} and {labels[j]}: {typeset.number(matrix[i, j])}"
             for i, j in zip(*np.nonzero(np.triu(matrix, 1)), strict=True)
@@ -44,7 +44,7 @@ def relations(study: Study) -> str:
         if pairs:
             sentences.append(f"Correlation of {'; '.join(pairs)}.")
     shares = [
-        f"{quantities.label(dimension.name)} {typeset.number(100 * dimension.between_lots, 3)} %"
+        f"{quantities.label(dimension.shown_name)} {typeset.number(100 * dimension.between_lots, 3)} %"
         for dimension in tolerances.varied
         if dimension.between_lots
     ]

@@ -84,7 +84,9 @@ def draw_drivers(directory: RunDirectory, study: Study, first: pa.Table) -> None
 
     varied = [dimension.name for dimension in study.tolerances.varied]
     shown = [*varied, *(name for name in quantities.OUTPUTS if name in first.column_names)]
-    figure = plots.draw_drivers(first.select(shown).to_pandas(), varied, title=study.title)
+    names = study.tolerances.shown_names
+    samples = first.select(shown).to_pandas().rename(columns=names)
+    figure = plots.draw_drivers(samples, [names[name] for name in varied], title=study.title)
     directory.write_file("drivers.png", partial(plots.save, figure))
 
 

@@ -1,5 +1,6 @@
 """The [dimensions] table of a study file -> nominal values, limits and distributions.
 
+bearing_diameter = "40 ±0.05 mm"                                          as drawn; also "40 +0.1/-0.2 mm", "⌀40 H7"
 bearing_radius = { nominal = "20 mm", tolerance = "0.05 mm" }             symmetric
 journal_radius = { nominal = "10 mm", tolerance = ["-0.03 mm", "0 mm"] }  lower and upper deviation
 half_length    = { lower = "19.9 mm", upper = "20.1 mm" }                 limits; the nominal is their middle
@@ -17,10 +18,12 @@ from typing import Any
 
 import scipy
 
-from tolmc import quantities, units
+from tolmc import units
 from tolmc.quantities import JOINT, SCALARS
+from tolmc.study.drawing import MODEL_NAMES, model_name, size
 from tolmc.study.fields import (
     Faults,
+    OwnUnit,
     check_names,
     in_section,
     place,
@@ -35,9 +38,9 @@ from tolmc.tolerances.dimension import Dimension, Tolerances
 from tolmc.tolerances.distributions import Beta, Distribution, Measured, Normal, Scipy, Triangular, Uniform
 
 _EXAMPLE = {
-    "bearing_radius": '{ nominal = "20 mm", tolerance = "0.05 mm" }',
-    "journal_radius": '{ nominal = "19.8 mm", tolerance = "0.05 mm" }',
-    "half_length": '{ nominal = "20 mm" }',
+    "bearing_radius": 'bearing_diameter = "40 ±0.05 mm"',
+    "journal_radius": 'journal_diameter = "39.6 ±0.05 mm"',
+    "half_length": 'bearing_length = "40 mm"',
 }
 
 # What a dimension's table may say beside its limits, for each distribution.
@@ -65,32 +68,50 @@ class DimensionsTable:
     Attributes
     ----------
     joint : {name: nominal value, m} of the three dimensions of the joint
+    words : {name: what the study calls it}
     data_files : {relative path: content} of the files with measured values, after :meth:`tolerances`
     """
 
     def __init__(self, table: dict[str, Any], data_folder: Path) -> None:
         common = DimensionsSection.model_fields
-        check_names(table, (*SCALARS, *common), "dimensions")
+        check_names(table, (*MODEL_NAMES, *SCALARS, *common), "dimensions")
         given = validated(DimensionsSection, {name: table[name] for name in common if name in table}, "dimensions")
         self.data_folder = data_folder
         self.data_files: dict[str, bytes] = {}
-        self.lot_size, self.written = given.lot_size, table
+        self.lot_size, self.table = given.lot_size, table
         sizes = {} if given.fit is None else _fit_sizes(given.fit)
-        names = [name for name in SCALARS if name in table or name in sizes]
-        self.entries = {name: _entry(name, table.get(name, {})) for name in names}
-        self.limits = {name: _limits(name, entry, sizes.get(name)) for name, entry in self.entries.items()}
+        words = dict(zip(sizes, sizes, strict=True)) | _written_names(table)
+        self.words = {name: words[name] for name in SCALARS if name in words}
+        self.entries = {name: _entry(word, table.get(word, {})) for name, word in self.words.items()}
+        self.limits = {name: self._limits(name, sizes.get(name)) for name in self.entries}
         self.sizes = sizes | {n: entry.diameter for n, entry in self.entries.items() if entry.diameter is not None}
-        missing = [name for name in JOINT if name not in names]
+        missing = [name for name in JOINT if name not in self.words]
         if missing:
-            raise Faults(*(f"{place('dimensions', n)} is missing; add {n} = {_EXAMPLE[n]}." for n in missing))
+            raise Faults(*(f"{place('dimensions', name)} is missing; add {_EXAMPLE[name]}." for name in missing))
         self.joint = {name: self._joint_nominal(name) for name in JOINT}
 
     def tolerances(self, scalars: dict[str, float], correlation: dict[str, Any]) -> Tolerances:
         """The dimensions of a scene with these ``scalars`` and the [correlation] table."""
         dimensions = [self._dimension(name, scalars[name]) for name in self.entries]
-        pairs = _correlation(correlation, list(self.entries))
+        pairs = self._correlation(correlation)
         with in_section("dimensions"):
             return Tolerances(dimensions, pairs or None, self.lot_size)
+
+    def _correlation(self, table: dict[str, Any]) -> dict[tuple[str, str], float]:
+        """``[correlation] bearing_radius.journal_radius = 0.5`` -> {(bearing_radius, journal_radius): 0.5}."""
+        names = (*self.words.values(), *self.words)
+        check_names(table, names, "correlation")
+        pairs = {}
+        for first, row in table.items():
+            if not isinstance(row, dict):
+                raise Faults(
+                    f"{place('correlation', first)} = {short(row)}: expected {first}.other_dimension = number."
+                )
+            check_names(row, names, "correlation", first)
+            for second, value in row.items():
+                with in_section("correlation", first, second):
+                    pairs[model_name(first), model_name(second)] = units.read(value, "1")
+        return pairs
 
     def _joint_nominal(self, name: str) -> float:
         entry, limits = self.entries[name], self.limits[name]
@@ -100,15 +121,15 @@ class DimensionsTable:
             return limits[0] + (limits[1] - limits[0]) / 2
         if entry.data is not None:
             return self._distribution(name).moments(None)[0]
-        raise Faults(f"{place('dimensions', name, 'nominal')} is missing; {units.remedy('m')}.")
+        raise Faults(f"{self._place(name, 'nominal')} is missing; {units.remedy('m')}.")
 
     def _dimension(self, name: str, nominal: float) -> Dimension:
         entry, limits = self.entries[name], self.limits[name]
         if name not in JOINT and entry.nominal is not None:
-            written = self.written[name]
-            written = short(written["nominal"] if isinstance(written, dict) else written)
+            written = self._written(name)
+            written = short(written.get("nominal", written.get("size")) if isinstance(written, dict) else written)
             raise Faults(
-                f"{place('dimensions', name, 'nominal')} = {written} does not belong here: the nominal value "
+                f"{self._place(name, 'nominal')} = {written} does not belong here: the nominal value "
                 "comes from the section that describes it. Leave it out."
             )
         if entry.tolerance is not None:
@@ -117,11 +138,34 @@ class DimensionsTable:
         if limits is None and not distribution.stands_alone:
             idle = _given(entry, "distribution", *_ALL_OPTIONS, "lot_share", "lot_sd")
             if idle or name not in JOINT:
-                raise Faults(f"{place('dimensions', name)} has no tolerance; add tolerance, or lower and upper.")
+                raise Faults(f"{self._place(name)} has no tolerance; add tolerance, or lower and upper.")
         options: dict[str, Any] = {"lower": limits[0], "upper": limits[1]} if limits is not None else {}
         options |= {"lot_share": entry.lot_share, "lot_sd": entry.lot_sd, "toleranced_size": self.sizes.get(name)}
-        with in_section("dimensions", name, written=self.written.get(name, self.written.get("fit"))):
+        options["is_drawn"] = self.words[name] in MODEL_NAMES
+        with in_section("dimensions", self.words[name], written=self._written(name)):
             return Dimension(name, nominal, distribution=distribution, **options)
+
+    def _limits(self, name: str, fit_size: str | None) -> tuple[float, float] | None:
+        """Limits that do not depend on the nominal value; None where there are none."""
+        entry = self.entries[name]
+        if (entry.lower is None) != (entry.upper is None):
+            raise Faults(f"{self._place(name)}: only one limit is given; give lower and upper, or a tolerance.")
+        ways = _given(entry, "lower", "diameter", "tolerance") + (["fit"] if fit_size is not None else [])
+        if len(ways) > 1:
+            raise Faults(f"{self._place(name)}: {' and '.join(ways)} both set its limits; leave one out.")
+        toleranced = fit_size if entry.diameter is None else entry.diameter
+        if toleranced is not None:
+            with in_section("dimensions", self.words[name]):
+                dimension = Dimension.from_tolerance_class(name, toleranced)
+            return dimension.lower, dimension.upper
+        return None if entry.lower is None else (entry.lower, entry.upper)
+
+    def _written(self, name: str) -> Any:
+        """What stands in the table for the dimension."""
+        return self.table.get(self.words[name], self.table.get("fit"))
+
+    def _place(self, name: str, *field: str) -> str:
+        return place("dimensions", self.words[name], *field)
 
     def _distribution(self, name: str) -> Distribution:
         entry = self.entries[name]
@@ -130,21 +174,21 @@ class DimensionsTable:
         if kind == "scipy.stats" and not _is_in_scipy(word):
             known = [option for option in _OPTIONS if option != "scipy.stats"]
             raise Faults(
-                f"{place('dimensions', name, 'distribution')} = {short(word)} is unknown{suggestion(word, known) or ';'} "
+                f"{self._place(name, 'distribution')} = {short(word)} is unknown{suggestion(word, known) or ';'} "
                 f"Allowed: {', '.join(known)}, or the name of a continuous distribution of scipy.stats."
             )
         strange = [option for option in _given(entry, *_ALL_OPTIONS) if option not in _OPTIONS[kind]]
         if strange:
             raise Faults(
-                f"{place('dimensions', name, strange[0])} means nothing for the distribution {word!r}; allowed with "
+                f"{self._place(name, strange[0])} means nothing for the distribution {word!r}; allowed with "
                 f"it: {', '.join(_OPTIONS[kind]) or 'nothing more'}."
             )
         options = {option: getattr(entry, option) for option in _given(entry, *_OPTIONS[kind])}
-        with in_section("dimensions", name, written=self.written.get(name)):
+        with in_section("dimensions", self.words[name], written=self.table.get(self.words[name])):
             if kind == "data":
                 return self._measured(**options)
             if kind == "scipy.stats":
-                return Scipy(word, _arguments(name, options.pop("arguments", {})), **options)
+                return Scipy(word, _arguments(self.words[name], options.pop("arguments", {})), **options)
             if kind in _NAMED:
                 return _NAMED[kind](**options)
             return Normal(**options, truncated=kind == "truncated_normal")
@@ -179,24 +223,37 @@ def _given(entry: DimensionSection, *names: str) -> list[str]:
     return [name for name in names if getattr(entry, name) is not None]
 
 
+def _written_names(table: dict[str, Any]) -> dict[str, str]:
+    """{name: what the table calls it} of the dimensions that it has."""
+    found: dict[str, str] = {}
+    for word in table:
+        name = model_name(word)
+        if name in found:
+            both = " and ".join((found[name], word))
+            raise Faults(f"{place('dimensions', word)}: {both} are the same dimension; leave one out.")
+        if name in SCALARS:
+            found[name] = word
+    return found
+
+
 def _entry(name: str, raw: object) -> DimensionSection:
-    table = raw if isinstance(raw, dict) else {"nominal": raw}
-    return validated(DimensionSection, table, "dimensions", name, context=quantities.unit(name))
+    table = raw if isinstance(raw, dict) else {"size": raw} if isinstance(raw, str) else {"nominal": raw}
+    if isinstance(table.get("size"), str):
+        table = _with_size(name, table)
+    return validated(DimensionSection, table, "dimensions", name, context=OwnUnit.of(name))
 
 
-def _limits(name: str, entry: DimensionSection, fit_size: str | None) -> tuple[float, float] | None:
-    """Limits that do not depend on the nominal value; None where there are none."""
-    if (entry.lower is None) != (entry.upper is None):
-        raise Faults(f"{place('dimensions', name)}: only one limit is given; give lower and upper, or a tolerance.")
-    ways = _given(entry, "lower", "diameter", "tolerance") + (["fit"] if fit_size is not None else [])
-    if len(ways) > 1:
-        raise Faults(f"{place('dimensions', name)}: {' and '.join(ways)} both set its limits; leave one out.")
-    size = fit_size if entry.diameter is None else entry.diameter
-    if size is not None:
-        with in_section("dimensions", name):
-            dimension = Dimension.from_tolerance_class(name, size)
-        return dimension.lower, dimension.upper
-    return None if entry.lower is None else (entry.lower, entry.upper)
+def _with_size(name: str, table: dict[str, Any]) -> dict[str, Any]:
+    """The table with what its text ``size`` says in fields of their own."""
+    text = table["size"]
+    try:
+        found = size(name, text)
+    except ValueError as error:
+        raise Faults(f"{place('dimensions', name)} = {short(text)}: {error}.") from None
+    double = [field for field in found if field in table]
+    if double:
+        raise Faults(f"{place('dimensions', name, double[0])} is in size = {short(text)} already; leave one out.")
+    return {**found, **{field: value for field, value in table.items() if field != "size"}}
 
 
 def _fit_sizes(designation: str) -> dict[str, str]:
@@ -215,19 +272,6 @@ def _arguments(name: str, arguments: dict[str, Any]) -> dict[str, float]:
     """Arguments of a scipy.stats distribution: loc and scale in the dimension's unit, shapes plain numbers."""
     if not arguments:
         raise ValueError('it needs its arguments, such as arguments = { loc = "20 mm", scale = "0.01 mm" }')
-    own = {"loc": quantities.unit(name), "scale": units.difference(quantities.unit(name))}
-    return {key: units.read(value, own.get(key, "1")) for key, value in arguments.items()}
-
-
-def _correlation(table: dict[str, Any], names: list[str]) -> dict[tuple[str, str], float]:
-    """``[correlation] bearing_radius.journal_radius = 0.5`` -> {(bearing_radius, journal_radius): 0.5}."""
-    check_names(table, names, "correlation")
-    pairs = {}
-    for first, row in table.items():
-        if not isinstance(row, dict):
-            raise Faults(f"{place('correlation', first)} = {short(row)}: expected {first}.other_dimension = number.")
-        check_names(row, names, "correlation", first)
-        for second, value in row.items():
-            with in_section("correlation", first, second):
-                pairs[first, second] = units.read(value, "1")
-    return pairs
+    own = OwnUnit.of(name)
+    readers = {"loc": own.read, "scale": own.read_difference}
+    return {key: readers[key](value) if key in readers else units.read(value, "1") for key, value in arguments.items()}

@@ -18,7 +18,7 @@ from typing import Annotated, Any, TypeVar, cast, get_args
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
 from pydantic.fields import FieldInfo
 
-from tolmc import units
+from tolmc import quantities, units
 
 _Table = TypeVar("_Table", bound="Section")
 
@@ -164,8 +164,37 @@ Inertia = Annotated[
 ]
 
 
+@dataclass(frozen=True)
+class OwnUnit:
+    """In which SI unit the quantities of a table are read, and which share of what is written the model takes.
+
+    The context in which a table that serves several quantities is validated.
+    """
+
+    unit: str
+    share: float = 1.0
+
+    @classmethod
+    def of(cls, name: str) -> OwnUnit:
+        """Of a table that is named after a quantity: half of what a drawing gives twice."""
+        return cls(quantities.unit(name), 1.0 / quantities.of(name).times)
+
+    def read(self, value: object) -> float:
+        """A value in the model's quantity, SI unit."""
+        return self.share * units.read(value, self.unit)
+
+    def read_difference(self, value: object) -> float:
+        """A difference of two such values."""
+        return self.share * units.read(value, units.difference(self.unit))
+
+
+def own_unit(info: ValidationInfo) -> OwnUnit:
+    """The unit of the table that is being validated."""
+    return cast(OwnUnit, info.context)
+
+
 def _read_own(value: object, info: ValidationInfo) -> float:
-    return units.read(value, cast(str, info.context))
+    return own_unit(info).read(value)
 
 
 def own(remedy: str = "add it"):
@@ -177,7 +206,7 @@ Own = own()
 
 
 def _read_own_difference(value: object, info: ValidationInfo) -> float:
-    return units.read(value, units.difference(cast(str, info.context)))
+    return own_unit(info).read_difference(value)
 
 
 #: Type of a spread of such a quantity: of a temperature in °C, a difference in K.
@@ -186,7 +215,7 @@ OwnDifference = Annotated[
 ]
 
 
-def validated(model: type[_Table], table: object, *where: str, context: str | None = None) -> _Table:
+def validated(model: type[_Table], table: object, *where: str, context: OwnUnit | None = None) -> _Table:
     """The table as ``model``; Faults with a sentence for each field that cannot be used."""
     try:
         return model.model_validate(table, context=context)

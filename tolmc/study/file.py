@@ -21,6 +21,7 @@ from tolmc.quantities import JOINT
 from tolmc.study.dimensions import DimensionsTable
 from tolmc.study.fields import (
     Faults,
+    OwnUnit,
     check_names,
     in_section,
     place,
@@ -157,7 +158,7 @@ def _specification(table: dict[str, Any], outputs: list[str] | None) -> dict[str
     check_names(table, quantities.OUTPUTS, "specification")
     specification = {}
     for name, written in table.items():
-        limits = validated(LimitsSection, written, "specification", name, context=quantities.unit(name))
+        limits = validated(LimitsSection, written, "specification", name, context=OwnUnit.of(name))
         given = limits.model_dump(exclude_none=True)
         if not given:
             raise Faults(f"{place('specification', name)} sets no limit; give min, max or both.")

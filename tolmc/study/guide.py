@@ -10,7 +10,8 @@ from typing import Any, cast
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from tolmc import quantities
+from tolmc import quantities, units
+from tolmc.study.drawing import MODEL_NAMES
 from tolmc.study.fields import OWN_UNIT, Section, quantity_schema
 from tolmc.study.sections import DimensionSection, DimensionsSection, LimitsSection, SpecificationSection, StudyFile
 
@@ -35,7 +36,7 @@ class NamedTables:
 
 #: Those of this folder's models; [allocation] has one more.
 NAMED_TABLES = (
-    NamedTables("dimensions", quantities.SCALARS, DimensionSection, DimensionsSection),
+    NamedTables("dimensions", (*MODEL_NAMES, *quantities.SCALARS), DimensionSection, DimensionsSection),
     NamedTables("specification", quantities.OUTPUTS, LimitsSection, SpecificationSection),
 )
 
@@ -132,9 +133,15 @@ def _add_names(schema: dict[str, Any], table: NamedTables) -> None:
             schema["$defs"][entry] = _in_unit(schema["$defs"][table.entry.__name__], unit)
         shown, _ = quantities.shown(name)
         fields[name] = {
-            "anyOf": [{"$ref": f"#/$defs/{entry}"}, *([quantity_schema(unit)] if table.place == "dimensions" else [])],
+            "anyOf": [{"$ref": f"#/$defs/{entry}"}, *([_size_schema(unit)] if table.place == "dimensions" else [])],
             "description": quantities.label(name) + (f" ({shown})" if shown else ""),
         }
+
+
+def _size_schema(unit: str) -> dict[str, Any]:
+    """A dimension that needs no table: its size in one text, or a plain number."""
+    example = str(units.example(unit))
+    return quantity_schema(unit) | {"examples": ["40 ±0.05 mm", "⌀40 H7"] if unit == "m" else [f"±{example}"]}
 
 
 def _in_unit(schema: Any, unit: str) -> Any:

@@ -6,25 +6,40 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StrictBool, ValidationInfo
 
 from tolmc import quantities, units
 from tolmc.mechanism.operating import EXPANSION, REFERENCE_TEMPERATURE
-from tolmc.study.fields import OWN_UNIT, Form, Inertia, Own, OwnDifference, Section, material, quantity, vector, whole
+from tolmc.study.drawing import deviations
+from tolmc.study.fields import (
+    OWN_UNIT,
+    Form,
+    Inertia,
+    Own,
+    OwnDifference,
+    Section,
+    material,
+    own_unit,
+    quantity,
+    vector,
+    whole,
+)  # fmt: skip
 
 MAX_SAMPLES = 1_000_000_000
 
 
 def _read_deviations(value: object, info: ValidationInfo) -> tuple[float, float]:
-    unit = units.difference(cast(str, info.context))
+    unit = own_unit(info)
     if isinstance(value, list):
         if len(value) != 2:
             raise ValueError("expected one tolerance, or two deviations [lower, upper]")
-        lower, upper = (units.read(v, unit) for v in value)
+        lower, upper = (unit.read_difference(v) for v in value)
         return lower, upper
-    tolerance = units.read(value, unit)
+    if isinstance(value, str) and (written := deviations(value)) != value:
+        return _read_deviations(written, info)
+    tolerance = unit.read_difference(value)
     if tolerance < 0:
         raise ValueError("expected a tolerance >= 0; give two deviations [lower, upper] where they differ")
     return -tolerance, tolerance
@@ -33,16 +48,17 @@ def _read_deviations(value: object, info: ValidationInfo) -> tuple[float, float]
 def _read_unit(value: object, info: ValidationInfo) -> float:
     if not isinstance(value, str):
         raise ValueError('expected the unit of the column, such as "mm" (for diameters in mm: "0.5 mm")')
-    if info.context == "°C" and value not in ("°C", "degC"):
+    unit = own_unit(info)
+    if unit.unit == "°C" and value not in ("°C", "degC"):
         raise ValueError('expected a column of temperatures in "°C"')
-    return units.read(value if value[:1].isdigit() else f"1 {value}", cast(str, info.context))
+    return unit.read(value if value[:1].isdigit() else f"1 {value}")
 
 
 _Deviations = Annotated[
     tuple,
     BeforeValidator(_read_deviations),
     Form(
-        "one value T for ±T, or two deviations [lower, upper]",
+        'one value T for ±T, two deviations [lower, upper], or a text such as "±0.05 mm" or "+0.1/-0.2 mm"',
         {"anyOf": [OWN_UNIT, {"type": "array", "items": OWN_UNIT, "minItems": 2, "maxItems": 2}]},
     ),
 ]
@@ -54,6 +70,9 @@ _Unit = Annotated[
 class DimensionSection(Section):
     """One dimension: its nominal value, its limits, and what it follows between them."""
 
+    size: str | None = None
+    """Nominal value and tolerance in one text, as on the drawing: "40 ±0.05 mm", "40 +0.1/-0.2 mm", "⌀40 H7". A dimension
+    that needs nothing else is this text, without a table."""
     nominal: Own | None = None
     """Value of the nominal motion. Of the joint's dimensions alone; every other scalar has it in its own table."""
     tolerance: _Deviations | None = None
@@ -106,7 +125,9 @@ class DimensionSection(Section):
 
 
 class DimensionsSection(Section):
-    """The joint's three dimensions, and every other scalar that has a tolerance: a table each, by its name."""
+    """The joint's three dimensions, and every other scalar that has a tolerance: a table or a text each, by its name. The
+    joint's may be given as on the drawing, bearing_diameter for bearing_radius, journal_diameter for journal_radius,
+    bearing_length for half_length: everything in such a table is the diameter's or the whole length's."""
 
     fit: str | None = None
     """ISO 286 fit of bore and journal, such as "40 H7/d9": the limits of both radii."""

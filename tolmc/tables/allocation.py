@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
@@ -12,18 +12,23 @@ from tolmc.tables.table import Column, Note, Number, Table, cells
 from tolmc.text.numbers import NOTHING
 
 
-def allocation_blocks(result: AllocationResult, *, title: str) -> Iterator[Table | Note]:
-    """The winner, how sure it is, what the study has now, the trade-off, and one grade up or down."""
-    yield _winner(result, title)
+def allocation_blocks(
+    result: AllocationResult, *, title: str, shown_names: Mapping[str, str]
+) -> Iterator[Table | Note]:
+    """The winner, how sure it is, what the study has now, the trade-off, and one grade up or down.
+
+    ``shown_names`` are those of the study's tolerances.
+    """
+    yield _winner(result, title, shown_names)
     yield from _verdict(result)
-    yield _trade_off(result)
-    yield _neighbours(result)
+    yield _trade_off(result, shown_names)
+    yield _neighbours(result, shown_names)
     yield _surrogate(result)
 
 
-def _winner(result: AllocationResult, title: str) -> Table:
+def _winner(result: AllocationResult, title: str, shown_names: Mapping[str, str]) -> Table:
     rows = []
-    for name, row in result.dimensions.iterrows():
+    for name, row in result.dimensions.rename(index=shown_names).iterrows():
         unit, factor = quantities.shown(name)
         limits = (Number(row[key] * factor, decimals=5) for key in ("lower", "upper"))
         grade = row["toleranced_size"] or row["grade"]
@@ -87,10 +92,10 @@ def _left_out(result: AllocationResult) -> Iterator[Note]:
         )
 
 
-def _trade_off(result: AllocationResult) -> Table:
-    names = [choice.name for choice in result.plan.choices]
+def _trade_off(result: AllocationResult, shown_names: Mapping[str, str]) -> Table:
+    names = [shown_names[choice.name] for choice in result.plan.choices]
     rows = []
-    for _, row in result.trade_off.iterrows():
+    for _, row in result.trade_off.rename(columns=shown_names).iterrows():
         zones = (_zone(name, row[name]) for name in names)
         rows.append(cells(_percent(row["required_yield"]), Number(row["cost"], 4), f"{row['out_ppm']:.0f}", *zones))
     return Table(
@@ -102,12 +107,12 @@ def _trade_off(result: AllocationResult) -> Table:
     )
 
 
-def _neighbours(result: AllocationResult) -> Table:
+def _neighbours(result: AllocationResult, shown_names: Mapping[str, str]) -> Table:
     unpriced = result.neighbours["cost"].isna().any()
     note = f" (–: not on offer; yield of {min(result.plan.samples, GLANCE):,} motions)" if unpriced else ""
     rows = []
     for _, row in result.neighbours.iterrows():
-        name, change = row["dimension"], row["cost_change"]
+        name, change = shown_names[row["dimension"]], row["cost_change"]
         rows.append(
             cells(
                 quantities.label(name),

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
-from collections.abc import Mapping
 
 import pandas as pd
 
@@ -24,19 +22,19 @@ _DRAWN_TWICE = {"bearing_radius": "⌀", "journal_radius": "⌀", "half_length":
 
 def dimensions_table(study: Study) -> Table:
     """Nominal values, limits and distributions, on the diameter where a drawing gives that."""
-    classes = _tolerance_classes(study)
     rows, frame = [], {}
     for dimension in study.tolerances.dimensions:
         unit, factor = quantities.shown(dimension.name)
         nominal, low, high = (factor * x for x in (dimension.nominal, dimension.lower, dimension.upper))
-        on_drawing = _on_drawing(dimension.name, nominal, low, high, classes)
+        times = quantities.of(dimension.shown_name).times
+        on_drawing = _on_drawing(dimension, nominal, low, high)
         rows.append(
             cells(
-                quantities.label(dimension.name),
+                quantities.label(dimension.shown_name),
                 on_drawing,
                 Cell(Number(nominal, 8), deviations=deviations(nominal, low, high)),
                 Cell(
-                    span(low, high) if high > low else Number(nominal, 8),
+                    span(times * low, times * high) if high > low else Number(times * nominal, 8),
                     _in_rpm(study, dimension.name, dimension.lower, dimension.upper),
                 ),
                 unit,
@@ -84,34 +82,18 @@ def _in_rpm(study: Study, name: str, *values: float) -> str:
     return f"{' to '.join(ends)} rpm"
 
 
-def _tolerance_classes(study: Study) -> dict[str, str]:
-    """ISO 286 classes that the study names: {"bearing_radius": "40 H7"}."""
-    table = tomllib.loads(study.source)["dimensions"]
-    classes = {
-        name: _class_text(fits.size_limits(entry["diameter"])[0], entry["diameter"])
-        for name, entry in table.items()
-        if isinstance(entry, dict) and "diameter" in entry
-    }
-    if "fit" in table:
-        fit = fits.fit(table["fit"])
-        hole, shaft = fit.designation.split("/")
-        of_hole = _class_text(fit.size, hole)
-        classes |= {"bearing_radius": of_hole, "journal_radius": f"{of_hole.split()[0]} {shaft.strip()}"}
-    return classes
-
-
 def _class_text(size: float, designation: str) -> str:
     """Size (m) and class as a drawing has them: ``40 H7``, however the study writes "⌀ 40mmH7"."""
     tolerance_class = re.sub(r"^\D*[\d.]+\s*(?:mm)?\s*", "", designation)
     return f"{number(1e3 * size, 8)} {tolerance_class.strip()}"
 
 
-def _on_drawing(name: str, nominal: float, low: float, high: float, classes: Mapping[str, str]) -> Cell:
-    if name not in _DRAWN_TWICE:
+def _on_drawing(dimension: Dimension, nominal: float, low: float, high: float) -> Cell:
+    if dimension.name not in _DRAWN_TWICE:
         return Cell(NOTHING)
-    sign = _DRAWN_TWICE[name]
-    if name in classes:
-        return Cell(f"{sign}{classes[name]}")
+    sign, toleranced = _DRAWN_TWICE[dimension.name], dimension.toleranced_size
+    if toleranced is not None:
+        return Cell(f"{sign}{_class_text(fits.size_limits(toleranced)[0], toleranced)}")
     return Cell(f"{sign}{number(2 * nominal, 8)}", deviations=deviations(2 * nominal, 2 * low, 2 * high))
 
 

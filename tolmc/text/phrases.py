@@ -87,7 +87,7 @@ def distribution(dimension: Dimension) -> str:
     """What the dimension follows, in words."""
     if not dimension.is_varied:
         return "exact"
-    follows, name = dimension.distribution, dimension.name
+    follows, name = dimension.distribution, dimension.shown_name
     match follows:
         case Normal():
             mean, sd = follows.process(dimension)

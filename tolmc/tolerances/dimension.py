@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tolmc.mechanism.checks import finite_number, set_frozen
-from tolmc.quantities import SCALARS
+from tolmc.quantities import DRAWN, JOINT, SCALARS
 from tolmc.tolerances import fits
 from tolmc.tolerances import unit_cube as _sampling
 from tolmc.tolerances.correlation import Pairs, correlation_matrix, is_semidefinite, lower_factor, worst_pair
@@ -28,7 +28,7 @@ SCRAMBLINGS = _sampling.SCRAMBLINGS
 _POSITIVE = ("bearing_radius", "journal_radius", "half_length", "mass")
 
 # Halves of what a drawing gives and ISO 286 tolerates: bore, journal diameter, bearing length.
-_HALVES = ("bearing_radius", "journal_radius", "half_length")
+_HALVES = JOINT
 
 # Shares below the natural tolerance limits: +-3 sigma of a normal distribution.
 _NATURAL = np.array([0.00135, 0.99865])
@@ -58,6 +58,8 @@ class Dimension:
     toleranced_size : str, optional
         Size and ISO 286 tolerance class of the diameter (of the bearing's length 2 L), such as "40 H7", when
         the limits come from it.
+    is_drawn : bool
+        Whether it was given as a drawing does, the diameter or the bearing's length: people are then shown twice the values.
 
     Raises
     ------
@@ -73,6 +75,7 @@ class Dimension:
     lot_share: float | None = None
     lot_sd: float | None = None
     toleranced_size: str | None = None
+    is_drawn: bool = False
 
     def __post_init__(self) -> None:
         if self.name not in SCALARS:
@@ -145,6 +148,11 @@ class Dimension:
                     "whole variation. Reduce it, or widen the tolerance."
                 )
             set_frozen(self, **{name: value})
+
+    @property
+    def shown_name(self) -> str:
+        """Name of the quantity that people are shown: what the drawing gives, where the dimension came from there."""
+        return DRAWN[self.name] if self.is_drawn or self.toleranced_size is not None else self.name
 
     @property
     def is_varied(self) -> bool:
@@ -308,6 +316,11 @@ class Tolerances:
     def names(self) -> tuple[str, ...]:
         """Names of all dimensions, varied or not: the columns of a sample."""
         return tuple(dimension.name for dimension in self.dimensions)
+
+    @property
+    def shown_names(self) -> dict[str, str]:
+        """What people are shown in place of a dimension's name: {name: :attr:`Dimension.shown_name`}."""
+        return {dimension.name: dimension.shown_name for dimension in self.dimensions}
 
     @cached_property
     def varied(self) -> tuple[Dimension, ...]:
