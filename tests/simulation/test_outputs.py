@@ -1,10 +1,13 @@
 """What a scene has of the registry's outputs, and what becomes of one that it lacks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import REFERENCES
 
-from tolmc import quantities, simulate_many
+from tolmc import quantities, simulate_many, tilt_angle
+from tolmc.mechanism.operating import Operating
 from tolmc.quantities import CHECKS, END_OUTPUTS, GEOMETRY, OUTPUTS, Output
 from tolmc.simulation import outputs
 from tolmc.simulation.features import Features
@@ -54,3 +57,17 @@ def test_an_output_that_the_scene_lacks_is_missing_and_judged_nowhere(monkeypatc
     assert after["impacts"].isna().all()
     assert (after["status"] == before["status"]).all()
     assert (after["contact_force_D_max"] == before["contact_force_D_max"]).all()
+
+
+def test_dimensions_in_operation_are_outputs_beside_the_drawn_ones():
+    hot = Operating(bearing_temperature=120.0, bearing_expansion=1e-4, journal_wear=1e-5)
+    scene = replace(next(iter(REFERENCES.values())).scene, operating=hot)
+    bore = scene.joint.bearing_radius
+    drawn = {name: [scene.scalars[name], np.nan] for name in quantities.JOINT}
+    found = simulate_many(scene, **drawn, outputs=[*OPERATING, *GEOMETRY])
+    assert found["bearing_radius"][0] == bore
+    assert found["operating_bearing_radius"][0] == pytest.approx(1.01 * bore, rel=1e-14)
+    assert found["operating_journal_radius"][0] == pytest.approx(scene.joint.journal_radius - 1e-5, rel=1e-14)
+    assert found["tilt_angle"][0] == tilt_angle(*found.loc[0, list(OPERATING)].astype(float))
+    assert found.loc[1, list(GEOMETRY)].isna().all()
+    assert found["status"].tolist() == ["ok", "geometry invalid"]
