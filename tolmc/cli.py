@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import os
 import sys
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import click
 from tolmc import __version__
 from tolmc.commands.init import KINDS, write_example
 from tolmc.errors import InputError
+from tolmc.terminal import failures, streams
 
 _FILE = click.Path(path_type=Path)
 
@@ -27,6 +29,10 @@ class _Commands(click.Group):
             return super().invoke(ctx)
         except InputError as error:
             _stop(error, 2)
+        except BrokenPipeError as error:
+            if streams.reader_is_gone():
+                sys.exit(1)
+            _stop(error, 1)
         except OSError as error:
             _stop(error, 1)
         except KeyboardInterrupt as interrupt:
@@ -34,7 +40,8 @@ class _Commands(click.Group):
 
 
 def _stop(error: BaseException, code: int) -> None:
-    lines = [str(error) or "Stopped.", *getattr(error, "__notes__", ())]
+    said = failures.sentence(error) if isinstance(error, OSError) else str(error)
+    lines = [said or "Stopped.", *getattr(error, "__notes__", ())]
     click.echo("\n".join(lines) if code == 130 else "Error: " + "\n".join(lines), err=True)
     sys.exit(code)
 
@@ -46,6 +53,9 @@ def main() -> None:
 
     A study file (TOML) describes the joint, its tolerances, the body, its loads and the start of the motion.
     """
+    streams.prepare()
+    # The user's choice is for windows; a name that Matplotlib does not know would stop its import.
+    os.environ["MPLBACKEND"] = "agg"
     # The packages leave some hundred thousand objects that stay: looking for garbage among them took a run 0.3 s, and its end
     # another 0.3 s.
     gc.set_threshold(5_000)

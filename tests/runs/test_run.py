@@ -218,10 +218,9 @@ def test_a_run_never_overwrites(tmp_path):
 
 def test_default_directory_is_a_new_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert str(default_directory("studies/paper.toml")) == "runs/paper"
-    (tmp_path / "runs" / "paper").mkdir(parents=True)
+    assert str(default_directory("studies/paper.toml").claim()) == "runs/paper"
     (tmp_path / "runs" / "paper-2").mkdir()
-    assert str(default_directory("paper.toml")) == "runs/paper-3"
+    assert str(default_directory("paper.toml").claim()) == "runs/paper-3"
 
 
 def test_replay_repeats_a_sample(tmp_path):

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import os
+import stat
+import tempfile
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numba as nb
@@ -23,25 +27,57 @@ def source_hash(folder: Path = _HERE) -> str:
     return digest.hexdigest()[:16]
 
 
-def cache_directory() -> Path:
-    """Where compiled kernels are kept: beside the sources of a checkout, else in the user's cache.
+def cache_directory() -> Path | None:
+    """Where compiled kernels are kept: the first of these places that can be written, None where none can.
 
-    Not beside installed sources: what stands there that the installer does not know outlives an uninstall, and a folder
-    without sources would then hide the package from a later editable install.
+    What ``TOLMC_CACHE_DIR`` or else ``NUMBA_CACHE_DIR`` names; beside the sources of a checkout; in the user's cache; in the
+    temporary folder. Not beside installed sources: what stands there that the installer does not know outlives an
+    uninstall, and a folder without sources would then hide the package from a later editable install.
 
     Numba's own key is the file of the function alone, so a changed helper in another file would leave a stale caller: the
-    directory's name carries the hash of all kernel sources instead. ``TOLMC_CACHE_DIR`` overrides the place.
+    directory's name carries the hash of all kernel sources instead.
     """
-    if override := os.environ.get("TOLMC_CACHE_DIR"):
-        root = Path(override)
-    elif os.access(_HERE, os.W_OK) and not _INSTALLED & set(_HERE.parts):
-        root = _HERE / "__pycache__"
-    else:
-        root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tolmc"
-    return root / f"numba-{source_hash()}"
+    name = f"numba-{source_hash()}"
+    return next((root / name for root in _roots() if _takes_files(root / name)), None)
 
 
-_CACHE = str(cache_directory())
+def _roots() -> Iterator[Path]:
+    for variable in ("TOLMC_CACHE_DIR", "NUMBA_CACHE_DIR"):
+        if chosen := os.environ.get(variable):
+            yield Path(chosen).absolute()
+    if not _INSTALLED & set(_HERE.parts):
+        yield _HERE / "__pycache__"
+    if user := os.environ.get("XDG_CACHE_HOME"):
+        yield Path(user).absolute() / "tolmc"
+    elif (home := os.path.expanduser("~")) != "~":  # which it stays where there is no home
+        yield Path(home) / ".cache" / "tolmc"
+    # Compiled code is loaded from there and run: the folder must be nobody else's.
+    with suppress(OSError):  # no temporary folder at all
+        shared = Path(tempfile.gettempdir()) / (f"tolmc-{os.getuid()}" if hasattr(os, "getuid") else "tolmc")
+        with suppress(FileExistsError):
+            shared.mkdir(mode=0o700)
+        if _is_ours(shared):
+            yield shared
+
+
+def _is_ours(folder: Path) -> bool:
+    """Whether nobody else can have put files into the folder."""
+    if not hasattr(os, "getuid"):
+        return True
+    state = folder.lstat()
+    return stat.S_ISDIR(state.st_mode) and state.st_uid == os.getuid() and not state.st_mode & 0o022
+
+
+def _takes_files(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+_CACHE = cache_directory()
 
 
 #: A scalar function that is inlined into the lane loops that call it.
@@ -56,9 +92,11 @@ routine = nb.njit(**_OPTIONS)
 
 
 def kernel(function):
-    """An entry point: compiled once, cached on disk, runs without the interpreter lock."""
+    """An entry point: compiled once, cached on disk where there is a place, runs without the interpreter lock."""
+    if _CACHE is None:
+        return nb.njit(**_OPTIONS)(function)
     # The directory is read when the function is decorated; restoring it leaves the user's own Numba functions alone.
-    previous, nb.config.CACHE_DIR = nb.config.CACHE_DIR, _CACHE
+    previous, nb.config.CACHE_DIR = nb.config.CACHE_DIR, str(_CACHE)
     try:
         return nb.njit(cache=True, **_OPTIONS)(function)
     finally:

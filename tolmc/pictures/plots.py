@@ -6,15 +6,19 @@ which people with any colour vision tell apart. A million samples go into histog
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, fontManager
+from matplotlib.ft2font import FT2Font
 from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
 from tolmc import quantities
@@ -38,6 +42,44 @@ _POINTS = 2_000
 _UPRIGHT = 4  # names of so many inputs stand beside each other
 
 
+# Left to whoever shows figures; a picture is written without a window.
+_OF_WINDOWS = ("backend", "backend_fallback", "interactive", "toolbar")
+#: Fonts of scripts that Matplotlib's own font lacks, as systems name them.
+_FONTS = (
+    "Noto Sans CJK JP", "Noto Sans CJK SC", "Noto Sans JP", "Noto Sans SC", "Source Han Sans", "WenQuanYi Micro Hei",
+    "WenQuanYi Zen Hei", "IPAexGothic", "IPAGothic", "Droid Sans Fallback", "Microsoft YaHei", "SimHei", "Yu Gothic",
+    "MS Gothic", "Malgun Gothic", "PingFang SC", "Hiragino Sans", "Apple SD Gothic Neo", "Arial Unicode MS", "Noto Sans Thai",
+    "Noto Sans Devanagari", "Noto Sans Hebrew", "Noto Sans Arabic",
+)  # fmt: skip
+_MISSING = "\N{WHITE SQUARE}"
+
+
+@contextmanager
+def _style() -> Iterator[None]:
+    """Our settings and Matplotlib's own alone: what a user's matplotlibrc says, usetex among it, must not cost a run."""
+    own = {key: value for key, value in mpl.rcParamsDefault.items() if key not in _OF_WINDOWS}
+    with mpl.rc_context({**own, **_STYLE, "font.family": [font for font, _ in _fonts()]}):
+        yield
+
+
+@cache
+def _fonts() -> tuple[tuple[str, frozenset[int]], ...]:
+    """The fonts to draw with, and the signs that each has: Matplotlib's own, then those of other scripts that are installed."""
+    installed = {entry.name: entry.fname for entry in fontManager.ttflist if entry.name in _FONTS}
+    own = "DejaVu Sans"
+    files = {
+        own: findfont(FontProperties(family=own)),
+        **{name: installed[name] for name in _FONTS if name in installed},
+    }
+    return tuple((name, frozenset(FT2Font(file).get_charmap())) for name, file in files.items())
+
+
+def _drawable(text: str) -> str:
+    """The text with a square for each sign that no font has."""
+    plain = " ".join(text.split())
+    return "".join(sign if any(ord(sign) in signs for _, signs in _fonts()) else _MISSING for sign in plain)
+
+
 def save(figure: Figure, path: str | Path) -> None:
     """Write a figure; the format follows the file name."""
     formats = FigureCanvasAgg(figure).get_supported_filetypes()
@@ -45,7 +87,8 @@ def save(figure: Figure, path: str | Path) -> None:
         raise InputError(f"{path} has no ending that says what picture it is; allowed: {', '.join(sorted(formats))}.")
     # Half the time of a picture would go into compressing it a few percent further.
     quick: dict[str, Any] = {"pil_kwargs": {"compress_level": 3}} if Path(path).suffix == ".png" else {}
-    figure.savefig(path, dpi=150, **quick)
+    with _style():  # text is laid out when it is written
+        figure.savefig(path, dpi=150, **quick)
 
 
 def draw_distributions(
@@ -63,7 +106,7 @@ def draw_distributions(
     columns = min(2, len(outputs))
     rows = -(-len(outputs) // columns)
     height = 0.7 + 3.3 * rows
-    with rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(5.3 * columns, height))
         _head(figure, f"{title}: {len(samples):,} samples")
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
@@ -79,7 +122,9 @@ def draw_distributions(
 
 
 def _head(figure: Figure, title: str) -> None:
-    figure.suptitle(title, y=1 - 0.15 / figure.get_figheight(), va="top", fontweight="bold", parse_math=False)
+    figure.suptitle(
+        _drawable(title), y=1 - 0.15 / figure.get_figheight(), va="top", fontweight="bold", parse_math=False
+    )
 
 
 def _label(name: str, *, with_unit: bool = True) -> str:
@@ -150,7 +195,7 @@ def draw_drivers(samples: pd.DataFrame, inputs: list[str], *, title: str) -> Fig
     inputs = [name for name in inputs if _varies(samples[name])]
     below = 0.62 if len(inputs) <= _UPRIGHT else 1.15  # inches for the names of the inputs
     height = max(4.8, 1.3 + below + 0.36 * len(outputs))
-    with rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(11.5, height))
         _head(figure, f"{title}: which dimension drives which output")
         if not inputs or not outputs:
@@ -210,7 +255,7 @@ def draw_trajectory(trajectory, scene: Scene, *, title: str) -> Figure:
     """
     offset = scene.joint_in_operation.half_length * trajectory.axis[:, :2] / trajectory.axis[:, 2:]
     ends = {"D": trajectory.origin + offset, "E": trajectory.origin - offset}
-    with rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(11.5, 5.2))
         _head(figure, title)
         grid = figure.add_gridspec(
@@ -281,7 +326,7 @@ def draw_cost_against_yield(
         Whether the winner was shown to keep the target.
     """
     cost, predicted, limit = winner
-    with rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(7.5, 4.8))
         _head(figure, f"{title}: cost against yield")
         axis = figure.add_axes((0.1, 0.13, 0.83, 0.68))

@@ -37,9 +37,29 @@ from tolmc.study.study import Study, StudyError
 _OUTPUTS = ("samples.parquet", "summary.csv", "blocks")
 
 
+@dataclass(frozen=True)
+class NextFree:
+    """The directory ``first``, or where that is taken the same with a number behind it."""
+
+    first: Path
+
+    def claim(self) -> Path:
+        """Make the directory and return its path; of two runs that claim at once each gets its own."""
+        self.first.parent.mkdir(parents=True, exist_ok=True)
+        path, number = self.first, 1
+        while True:
+            try:
+                path.mkdir()
+            except FileExistsError:
+                number += 1
+                path = self.first.with_name(f"{self.first.name}-{number}")
+            else:
+                return path
+
+
 @contextmanager
 def create(
-    path: str | Path, study: Study, *, block: int, plan: dict, most_samples: int | None = None
+    path: str | Path | NextFree, study: Study, *, block: int, plan: dict, most_samples: int | None = None
 ) -> Iterator[RunDirectory]:
     """A new run directory for ``study`` in blocks of ``block`` samples, locked until the context ends.
 
@@ -51,7 +71,7 @@ def create(
     RunDirectoryError
         When the directory already holds a run or a file that the run would overwrite, or another run is in it.
     """
-    path = Path(path)
+    path = path.claim() if isinstance(path, NextFree) else Path(path)
     copies = {
         "study.toml": study.source.encode(),
         **{f"data/{name}": text for name, text in study.data_files.items()},

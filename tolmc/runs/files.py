@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -58,13 +59,26 @@ def group_starts(file: pq.ParquetFile) -> np.ndarray:
     return np.cumsum([0, *counts[:-1]])
 
 
+# What says that another process has the lock; any other error that there are no locks (ENOLCK, ENOTSUP, ENOSYS, ...).
+_HELD = {errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK}
+
+# What a filesystem answers that cannot flush directories (CIFS, vboxsf, 9p, FUSE), or flushes nothing.
+_UNFLUSHED = {
+    errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS, errno.EBADF, errno.EPERM, errno.EACCES, errno.EISDIR,
+    errno.ENOTTY,
+}  # fmt: skip
+
+
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     # The operating system drops the lock with the process, so a killed run leaves none behind.
     with (path / ".lock").open("ab") as file:
         try:
             _lock(file.fileno())
-        except OSError:
+        except OSError as error:
+            if error.errno not in _HELD:
+                yield  # a filesystem without locks: runs must keep apart by themselves
+                return
             raise RunDirectoryError(
                 f"{path} is in use by another run. Wait for it to end, or choose another directory with --out."
             ) from None
@@ -88,6 +102,10 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         write(temporary)
         _flush(temporary)
         temporary.replace(path)
+    except OSError as error:
+        if error.filename is None:  # of a write or a flush
+            error.filename = str(path)
+        raise
     finally:
         temporary.unlink(missing_ok=True)
     if os.name != "nt":  # Windows cannot flush a directory
@@ -95,8 +113,12 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def _flush(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
     try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+        descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        if error.errno not in _UNFLUSHED:
+            raise

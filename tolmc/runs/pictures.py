@@ -23,12 +23,12 @@ class RunPictures:
 
     def __init__(self, directory: RunDirectory, thread: Executor) -> None:
         self._directory, self._thread = directory, thread
-        self._pictures: list[Future] = []
+        self._pictures: dict[str, Future] = {}
         self._has_drivers = False
 
     def draw_motion(self, study: Study) -> None:
         """nominal.png."""
-        self._begin(draw_motion, study)
+        self._begin("nominal.png", draw_motion, study)
 
     def watch(self, tables: Iterable[pa.Table], study: Study) -> Iterator[pa.Table]:
         """Passes on the samples of a run, from the first one on; begins drivers.png with the first of them."""
@@ -44,30 +44,32 @@ class RunPictures:
 
     def draw_samples(self, study: Study, nominal: dict[str, float | str]) -> None:
         """distributions.png, and drivers.png where :meth:`watch` has not seen enough samples for it."""
-        self._begin(draw_distributions, study, nominal)
+        self._begin("distributions.png", draw_distributions, study, nominal)
         if not self._has_drivers:
             self._draw_drivers(study, self._directory.read(rows=RANKED))
 
-    def finish(self) -> None:
-        """Wait for the pictures; raises what stopped one of them."""
-        for picture in self._pictures:
-            picture.result()
+    def finish(self) -> tuple[str, ...]:
+        """Wait for the pictures; a sentence on each that could not be drawn, which must cost a run no statistics."""
+        errors = {name: picture.exception() for name, picture in self._pictures.items()}
+        return tuple(
+            f"{name} could not be drawn ({type(error).__name__}: {' '.join(str(error).split())[:200]}); all else is there."
+            for name, error in errors.items()
+            if error is not None
+        )
 
     def _draw_drivers(self, study: Study, first: pa.Table) -> None:
         self._has_drivers = True
-        self._begin(draw_drivers, study, first)
+        self._begin("drivers.png", draw_drivers, study, first)
 
-    def _begin(self, draw: Callable, *shown) -> None:
-        self._pictures.append(self._thread.submit(draw, self._directory, *shown))
+    def _begin(self, name: str, draw: Callable, *shown) -> None:
+        self._pictures[name] = self._thread.submit(draw, self._directory, *shown)
 
 
 @contextmanager
 def run_pictures(directory: RunDirectory) -> Iterator[RunPictures]:
     """The pictures of a run, all of them drawn when the context ends."""
     with ThreadPoolExecutor(1) as thread:
-        pictures = RunPictures(directory, thread)
-        yield pictures
-        pictures.finish()
+        yield RunPictures(directory, thread)
 
 
 def draw_motion(directory: RunDirectory, study: Study) -> None:

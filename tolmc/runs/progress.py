@@ -18,7 +18,7 @@ def progress(title: str, total: int, done: int = 0) -> Iterator[Callable[[Iterat
 
     The bar appears on stderr after a second, in a terminal only.
     """
-    if not sys.stderr.isatty():
+    if sys.stderr is None or sys.stderr.closed or not sys.stderr.isatty():  # closed or None: pythonw, a service
         yield lambda tables: tables
         return
     from rich.console import Console

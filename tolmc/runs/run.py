@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from tolmc.mechanism.scene import Scene
 from tolmc.quantities import SCALARS
 from tolmc.runs import directory as run_directory
 from tolmc.runs.crew import Crew, crew
-from tolmc.runs.directory import RunDirectory
+from tolmc.runs.directory import NextFree, RunDirectory
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.pictures import RunPictures, run_pictures
 from tolmc.runs.progress import progress
@@ -75,6 +75,8 @@ class StudyResult:
         Where the run was written.
     elapsed : float
         Seconds from the call to the summary.
+    notes : tuple of str
+        What went wrong beside the statistics: pictures that could not be drawn.
     """
 
     study: Study
@@ -87,6 +89,7 @@ class StudyResult:
     directory: Path | None
     elapsed: float
     read: Callable[..., pa.Table] = field(repr=False)
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def samples(self) -> pd.DataFrame:
@@ -99,7 +102,7 @@ def run(
     samples: int | None = None,
     seed: int | None = None,
     workers: int | None = None,
-    out: str | Path | None = None,
+    out: str | Path | NextFree | None = None,
     cluster: str | None = None,
 ) -> StudyResult:
     """Sample the dimensions of a study, integrate every sample, and summarise the outputs.
@@ -165,14 +168,9 @@ def resume(
             return _run_into(opened, study, plan, workforce, began)
 
 
-def default_directory(study: str | Path) -> Path:
+def default_directory(study: str | Path) -> NextFree:
     """``runs/<study name>``, with a number behind it where that is taken."""
-    first = Path("runs") / Path(study).stem
-    directory, number = first, 1
-    while directory.exists():
-        number += 1
-        directory = first.with_name(f"{first.name}-{number}")
-    return directory
+    return NextFree(Path("runs") / Path(study).stem)
 
 
 def replay(directory: str | Path, index: int) -> tuple[Study, Scene, Trajectory, dict]:
@@ -299,6 +297,7 @@ def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew
             nominal = _nominal_outputs(study, plan)
             pictures.draw_samples(study, nominal)
             result = _result(study, plan, nominal, sequential, directory.read, directory.path, began)
+            result = replace(result, notes=pictures.finish())
         directory.write_text("summary.csv", result.summary.to_csv())
         directory.write_text("requirements.csv", result.requirements.to_csv())
         stop = {} if sequential is None else {"stopped_at": sequential.found.count}

@@ -29,6 +29,7 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
     yield shares_table(result.requirements)
     yield from _contact_notes(result)
     yield statuses_table(result.statuses)
+    yield from (Note(f"Note: {note}") for note in result.notes)
     if result.plan.unresolved:
         yield _step_note(result.plan.unresolved)
     if not math.isnan(result.plan.pilot_error):
