@@ -366,7 +366,7 @@ def test_a_plan_of_another_version_is_refused(stopped):
     ("changes", "complaint"),
     [
         ({"block": 0}, "block = 0"),
-        ({"block": True}, "block = True"),
+        ({"block": True}, "block = true"),
         ({"samples": 0}, "samples = 0"),
         ({"samples": "20"}, "samples = '20'"),
         ({"seed": -1}, "seed = -1"),
