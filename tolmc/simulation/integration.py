@@ -54,7 +54,9 @@ def integrate(
 def trace(raw: np.ndarray, plan: Plan, duration: float, project_energy: bool) -> np.ndarray:
     """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of column 0 at the ends of all steps, (11, steps + 1)."""
     model, load = plan.features.model, 1 if plan.features.load else None
-    sizes = getattr(models.sizes, "py_func", models.sizes)  # without compilation (NUMBA_DISABLE_JIT) it is the function itself
+    sizes = getattr(
+        models.sizes, "py_func", models.sizes
+    )  # without compilation (NUMBA_DISABLE_JIT) it is the function itself
     n_state, n_coef = sizes(*model)
     states = np.empty((plan.steps + 1, n_state))
     coef = np.empty(n_coef * WIDTH)
