@@ -140,7 +140,7 @@ def test_importance_on_a_normal_output():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("estimator", [importance, corrected])
+@pytest.mark.parametrize("estimator", [importance, pytest.param(corrected, marks=pytest.mark.nightly)])
 def test_tail_at_the_end_of_a_bounded_output(estimator):
     """Sum of three uniform dimensions above 3 - x: x^3/6."""
     edge = (6.0 * 1e-4) ** (1.0 / 3.0)

@@ -85,7 +85,7 @@ def test_a_run_survives_kills(reference, tmp_path):
     assert survive(reference, tmp_path, 3, seed=1) >= 3
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_run_survives_fifty_kills(reference, tmp_path):
     assert survive(reference, tmp_path, 50, seed=2) >= 50
 

@@ -235,7 +235,7 @@ def test_intervals_cover_in_a_few_studies(sampling):
     assert coverage(sampling, 300, 512)[["mean", "q50", "q95", "yield"]].between(0.91, 0.985).all()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("sampling", ["random", "sobol"])
 def test_intervals_cover(sampling):
     covered = coverage(sampling, 10_000, 1024)
