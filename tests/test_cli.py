@@ -1,3 +1,4 @@
+import json
 import os
 import subprocess
 import sys
@@ -182,3 +183,20 @@ def test_the_studies_of_the_repository_run(path):
     assert time.monotonic() - began < 60
     samples = pd.read_parquet(f"runs/{path.stem}/samples.parquet")
     assert (samples["status"] == "ok").mean() > 0.9
+
+
+def test_run_as_json_and_in_brief(tmp_path):
+    path = write(tmp_path, *GEOMETRY)
+    shown = invoke("run", path, "--samples", 200, "--json")
+    assert shown.exit_code == 0
+    found = json.loads(shown.stdout)
+    expected = tolmc.run(path, samples=200)
+    assert (
+        found["samples"] == 200 and found["summary"]["tilt_angle"]["mean"] == expected.summary.at["tilt_angle", "mean"]
+    )
+    assert found["requirements"]["tilt_angle"]["out"] == expected.requirements.at["tilt_angle", "out"]
+    brief = invoke("run", path, "--samples", 200, "--brief").stdout
+    assert "Tilt angle ψ" in brief and "Effective radius" not in brief and "Status" not in brief
+    whole = invoke("run", path, "--samples", 200).stdout
+    assert "Effective radius" in whole and "Status" in whole
+    assert invoke("run", path, "--json", "--brief").exit_code == 2

@@ -122,6 +122,8 @@ def schema() -> None:
 @click.option("--extend", type=click.IntRange(min=1), metavar="N", help="Add N samples to the finished run.")
 @click.option("--cluster", metavar="ADDRESS", help="Compute on the Dask cluster at ADDRESS, such as tcp://host:8786.")
 @click.option("--compare-section", is_flag=True, help="Run circle and exact section on the same samples and compare.")
+@click.option("--brief", is_flag=True, help="Print the verdict, the requirements and the outputs with limits, no more.")
+@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON, SI units.")
 def run(
     study: Path | None,
     samples: int | None,
@@ -132,6 +134,8 @@ def run(
     extend: int | None,
     cluster: str | None,
     compare_section: bool,
+    brief: bool,
+    as_json: bool,
 ) -> None:
     """Sample STUDY, integrate every sample, summarise.
 
@@ -145,13 +149,16 @@ def run(
         raise click.UsageError("--samples, --seed and --out are settled in a run that is resumed; leave them out.")
     if resume is None and study is None:
         raise click.UsageError("name the STUDY file to run, or a directory with --resume.")
+    if as_json and (brief or compare_section):
+        raise click.UsageError("--json prints everything of the run; leave --brief and --compare-section out.")
     from tolmc.commands.run import resume_run, run_study
 
+    shown = {"compare": compare_section, "brief": brief, "as_json": as_json}
     crew = {"workers": workers, "cluster": cluster}
     if resume is not None:
-        resume_run(resume, compare=compare_section, study=study, extend=extend or 0, **crew)
+        resume_run(resume, shown, study=study, extend=extend or 0, **crew)
     elif study is not None:
-        run_study(study, compare=compare_section, samples=samples, seed=seed, out=out, **crew)
+        run_study(study, shown, samples=samples, seed=seed, out=out, **crew)
 
 
 @main.command()

@@ -7,3 +7,7 @@ class InputError(ValueError):
 
 class ClusterError(InputError):
     """A cluster that cannot be reached or used, or that gave up a block."""
+
+
+class StudyError(InputError):
+    """A study that cannot be used; the message names the file, the field and the remedy."""

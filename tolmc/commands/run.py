@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,31 +14,61 @@ from tolmc.commands.compare_sections import compare_run
 from tolmc.commands.written import written
 from tolmc.runs import run as monte_carlo
 from tolmc.study.file import load_study
-from tolmc.tables.run import run_blocks
+from tolmc.tables.run import brief_blocks, run_blocks
 from tolmc.terminal.grid import show
 from tolmc.tolerances.interference import interference_note
 
 
-def run_study(study: Path, *, out: Path | None, compare: bool, **options: Any) -> None:
-    """Run the study file into ``out``; options are those of :func:`tolmc.runs.run.run`."""
+def run_study(study: Path, shown: Mapping[str, bool], *, out: Path | None, **options: Any) -> None:
+    """Run the study file into ``out``; options are those of :func:`tolmc.runs.run.run`.
+
+    ``shown``: "brief", "as_json", or sections to "compare".
+    """
     loaded = load_study(study)
     if note := interference_note(loaded.tolerances, loaded.scene.scalars):
         click.echo(f"Note: {note}", err=True)
     out = out or monte_carlo.default_directory(study)
     result = monte_carlo.run(loaded, out=out, **options)
-    _show(result, result.directory or out, compare)
+    _show(result, result.directory or out, **shown)
 
 
-def resume_run(directory: Path, *, compare: bool, **options: Any) -> None:
+def resume_run(directory: Path, shown: Mapping[str, bool], **options: Any) -> None:
     """Go on with the run in ``directory``; options are those of :func:`tolmc.runs.run.resume`."""
     result = monte_carlo.resume(directory, **options)
-    _show(result, result.directory or directory, compare)
+    _show(result, result.directory or directory, **shown)
 
 
-def _show(result: monte_carlo.StudyResult, directory: Path, compare: bool) -> None:
-    show(run_blocks(result))
+def _show(result: monte_carlo.StudyResult, directory: Path, *, compare: bool, brief: bool, as_json: bool) -> None:
+    if as_json:
+        click.echo(json.dumps(record(result), indent=1, ensure_ascii=False))
+        return
+    show(brief_blocks(result) if brief else run_blocks(result))
     written(directory, ("samples.parquet", "summary.csv", "pictures"))
     if result.sequential is not None:
         click.echo(result.sequential.sentence())
     if compare:
         compare_run(result, directory)
+
+
+def record(result: monte_carlo.StudyResult) -> dict[str, Any]:
+    """What a run found as JSON has it, SI units; null where there is no number."""
+    tables = {"summary": result.summary, "requirements": result.requirements, "statuses": result.statuses}
+    study = result.study
+    return {
+        "title": study.title,
+        "samples": study.samples,
+        "sampling": study.sampling,
+        "seed": study.seed,
+        "seconds": round(result.elapsed, 3),
+        "directory": None if result.directory is None else str(result.directory),
+        "nominal": {name: _json(value) for name, value in result.nominal.items()},
+        **{
+            name: {str(row): {key: _json(value) for key, value in values.items()} for row, values in table.iterrows()}
+            for name, table in tables.items()
+        },
+    }
+
+
+def _json(value: Any) -> Any:
+    value = value.item() if hasattr(value, "item") else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value

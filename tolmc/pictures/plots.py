@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +81,16 @@ def _drawable(text: str) -> str:
     return "".join(sign if any(ord(sign) in signs for _, signs in _fonts()) else _MISSING for sign in plain)
 
 
+class _Picture(Figure):
+    """A figure that a notebook shows without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = BytesIO()
+        with _style():
+            FigureCanvasAgg(self).print_png(buffer)
+        return buffer.getvalue()
+
+
 def save(figure: Figure, path: str | Path) -> None:
     """Write a figure; the format follows the file name."""
     formats = FigureCanvasAgg(figure).get_supported_filetypes()
@@ -107,7 +118,7 @@ def draw_distributions(
     rows = -(-len(outputs) // columns)
     height = 0.7 + 3.3 * rows
     with _style():
-        figure = Figure(figsize=(5.3 * columns, height))
+        figure = _Picture(figsize=(5.3 * columns, height))
         _head(figure, f"{title}: {len(samples):,} samples")
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for axis, name in zip(axes, outputs, strict=False):
@@ -196,7 +207,7 @@ def draw_drivers(samples: pd.DataFrame, inputs: list[str], *, title: str) -> Fig
     below = 0.62 if len(inputs) <= _UPRIGHT else 1.15  # inches for the names of the inputs
     height = max(4.8, 1.3 + below + 0.36 * len(outputs))
     with _style():
-        figure = Figure(figsize=(11.5, height))
+        figure = _Picture(figsize=(11.5, height))
         _head(figure, f"{title}: which dimension drives which output")
         if not inputs or not outputs:
             figure.text(0.5, 0.5, "no dimension with a tolerance moves an output", ha="center", color=_GREY)
@@ -256,7 +267,7 @@ def draw_trajectory(trajectory, scene: Scene, *, title: str) -> Figure:
     offset = scene.joint_in_operation.half_length * trajectory.axis[:, :2] / trajectory.axis[:, 2:]
     ends = {"D": trajectory.origin + offset, "E": trajectory.origin - offset}
     with _style():
-        figure = Figure(figsize=(11.5, 5.2))
+        figure = _Picture(figsize=(11.5, 5.2))
         _head(figure, title)
         grid = figure.add_gridspec(
             2, 2, width_ratios=(1, 1.3), left=0.08, right=0.975, top=0.85, bottom=0.11, hspace=0.3, wspace=0.17
@@ -327,7 +338,7 @@ def draw_cost_against_yield(
     """
     cost, predicted, limit = winner
     with _style():
-        figure = Figure(figsize=(7.5, 4.8))
+        figure = _Picture(figsize=(7.5, 4.8))
         _head(figure, f"{title}: cost against yield")
         axis = figure.add_axes((0.1, 0.13, 0.83, 0.68))
         # Linear below one part per million: a choice without any predicted failure stays in the picture.

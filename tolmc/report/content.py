@@ -228,7 +228,7 @@ class _Content:
             shown_names = self.study.tolerances.shown_names
             yield failures_table(self.failure_sources, [shown_names[name] for name in self.inputs])
         if self.summary is not None:
-            yield outputs_table(self.summary)
+            yield outputs_table(self.summary, self.study.specification)
             yield budget_table(self.summary)
         yield statuses_table(count_statuses(self.samples, **self.drawn, **self.level))
         if (stackup := self._table("stackup.csv")) is not None:

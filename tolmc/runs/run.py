@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
@@ -31,6 +31,7 @@ from tolmc.runs.pictures import RunPictures, run_pictures
 from tolmc.runs.progress import progress
 from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.until import Sequential, looks_of, outcome, sample_study
+from tolmc.shown import Shown
 from tolmc.simulation.ensemble import integrate_columns
 from tolmc.simulation.judge import STATUSES
 from tolmc.simulation.outputs import scene_outputs
@@ -38,7 +39,7 @@ from tolmc.simulation.pilot import plan_integration
 from tolmc.simulation.plan import Plan
 from tolmc.simulation.trajectory import Trajectory
 from tolmc.statistics.columns import Columns
-from tolmc.statistics.outcomes import out_of_specification
+from tolmc.statistics.outcomes import ANY_REQUIREMENT, out_of_specification
 from tolmc.statistics.summary import count_statuses, summarise, summarise_requirements
 from tolmc.study.file import load_study
 from tolmc.study.study import Study, StudyError
@@ -50,8 +51,8 @@ LARGEST_BLOCK = 16_384
 _BLOCK_STEP = 256
 
 
-@dataclass(frozen=True)
-class StudyResult:
+@dataclass(frozen=True, repr=False)
+class StudyResult(Shown):
     """What a run found.
 
     Attributes
@@ -95,9 +96,15 @@ class StudyResult:
     def samples(self) -> pd.DataFrame:
         return self.read().to_pandas()
 
+    def __repr__(self) -> str:
+        found = self.requirements.loc[ANY_REQUIREMENT] if self.study.specification else None
+        kept = "" if found is None else f"; {100 * (1 - found['share_most']):.5g} % keep every limit"
+        where = "" if self.directory is None else f"; in {self.directory}"
+        return f"<StudyResult {self.study.title!r}: {self.study.samples:,} samples{kept}{where}>"
+
 
 def run(
-    study: Study | str | Path,
+    study: Study | Mapping[str, Any] | str | Path,
     *,
     samples: int | None = None,
     seed: int | None = None,
@@ -112,7 +119,7 @@ def run(
 
     Parameters
     ----------
-    study : Study or path
+    study : Study, path, or mapping as :meth:`tolmc.study.study.Study.from_dict` takes it
         With ``until``, samples are drawn until its interval is narrow enough, at most ``study.samples``.
     samples, seed, workers : int, optional
         In place of those of the study; ``samples`` in place of its ``until`` too.
@@ -127,6 +134,8 @@ def run(
         When the study, the directory or the cluster cannot be used; nothing is written then.
     """
     began = time.perf_counter()
+    if isinstance(study, Mapping):
+        study = Study.from_dict(study)
     study = study if isinstance(study, Study) else load_study(study)
     study = study.replaced(samples=samples, seed=seed, workers=workers)
     plan = _plan(study)
@@ -264,19 +273,31 @@ def _block_size(samples: int, workers: int) -> int:
     return min(share, LARGEST_BLOCK)
 
 
-def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began: float) -> StudyResult:
-    tables: list[pa.Table] = []
+class _InMemory:
+    """The samples of a run that is written nowhere; a class, so that a result can be pickled."""
 
-    def read(columns: list[str] | None = None, rows: int | None = None) -> pa.Table:
-        chosen = tables[0] if columns is None else tables[0].select(columns)
+    def __init__(self) -> None:
+        self.table: pa.Table | None = None
+
+    def add(self, tables: Iterator[pa.Table]) -> None:
+        before = [] if self.table is None else [self.table]
+        self.table = pa.concat_tables([*before, *tables]).unify_dictionaries()
+
+    def __call__(self, columns: list[str] | None = None, rows: int | None = None) -> pa.Table:
+        assert self.table is not None
+        chosen = self.table if columns is None else self.table.select(columns)
         return chosen if rows is None else chosen.slice(0, rows)
 
+
+def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began: float) -> StudyResult:
+    kept = _InMemory()
+
     def draw(count: int) -> Columns:
-        done = sum(table.num_rows for table in tables)
+        done = kept.table.num_rows if kept.table is not None else 0
         calls = ((study, plan, start, min(block, count - start)) for start in range(done, count, block))
         with progress(study.title, count, done) as counted, closing(workforce.map(_block, calls)) as computed:
-            tables[:] = [pa.concat_tables([*tables, *counted(computed)]).unify_dictionaries()]
-        return Columns(partial(read, rows=count))
+            kept.add(counted(computed))
+        return Columns(partial(kept, rows=count))
 
     sequential = None
     if study.until is None:
@@ -284,7 +305,7 @@ def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began:
     else:
         sequential = sample_study(study, draw)
         study = study.replaced(samples=sequential.found.count)
-    return _result(study, plan, _nominal_outputs(study, plan), sequential, read, None, began)
+    return _result(study, plan, _nominal_outputs(study, plan), sequential, kept, None, began)
 
 
 def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, began: float) -> StudyResult:

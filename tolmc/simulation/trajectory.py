@@ -9,6 +9,7 @@ import pandas as pd
 
 from tolmc.mechanism.scene import Scene
 from tolmc.quantities import END_OUTPUTS, OUTPUTS
+from tolmc.shown import Shown
 from tolmc.simulation.block import block_columns
 from tolmc.simulation.integration import trace
 from tolmc.simulation.judge import SINGULAR_PSI, sentence
@@ -20,11 +21,12 @@ from tolmc.simulation.published import published_records, tilt_of
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class Trajectory(Shown):
     """One motion, a row a step; the last row is at the scene's duration exactly.
 
     ``time`` (n,) s, ``origin`` (n, 2) m, ``axis`` (n, 3), ``contact_force`` (n, 2) N_D and N_E in N, ``multipliers`` (n, 2) in
-    the formulation's own rows, ``tilt`` (n,) rad, ``energy`` (n,) J, ``status`` "ok" or what happened and when.
+    the formulation's own rows, ``tilt`` (n,) rad, ``energy`` (n,) J, ``status`` "ok" or what happened and when, ``scene`` what
+    moved so.
     """
 
     time: np.ndarray
@@ -35,6 +37,15 @@ class Trajectory:
     tilt: np.ndarray
     energy: np.ndarray
     status: str
+    scene: Scene | None = None
+
+    def __repr__(self) -> str:
+        tilt, force = np.degrees(self.tilt.max()), self.contact_force
+        forces = ", ".join(
+            f"N_{end} {force[:, i].min():.4g} to {force[:, i].max():.4g} N" for i, end in enumerate("DE")
+        )
+        rows = f"{len(self.time):,} rows over {self.time[-1]:.4g} s"
+        return f"<Trajectory {self.status}: {rows}; tilt up to {tilt:.4g} deg; {forces}>"
 
     def to_frame(self) -> pd.DataFrame:
         """The trajectory as a table, SI units."""
@@ -98,6 +109,7 @@ def _recorded(
         tilt=tilt_of(records.axis[:rows]),
         energy=records.energy[:rows],
         status=status,
+        scene=scene,
     )
 
 
@@ -119,4 +131,5 @@ def _traced(
         tilt=np.arctan(np.sqrt(np.maximum(w2, 0.0)) / length),
         energy=kinetic + potential + spin_energy,
         status=status,
+        scene=scene,
     )

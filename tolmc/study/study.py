@@ -3,55 +3,35 @@
 from __future__ import annotations
 
 import hashlib
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations_with_replacement
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+import tomli_w
 
 from tolmc import quantities
-from tolmc.errors import InputError
+from tolmc.errors import StudyError
 from tolmc.mechanism.scene import Scene
+from tolmc.quantities import MASS_AND_CENTER
+from tolmc.shown import Shown
+from tolmc.study.build import study_fields
 from tolmc.study.fields import Faults, validated
 from tolmc.study.sections import MonteCarloSection
+from tolmc.study.until import Until
 from tolmc.tolerances.dimension import Tolerances
+
+__all__ = ["Study", "StudyError", "Until"]
 
 _SOBOL_ACCURACY = 1e-8
 
-MASS_AND_CENTER = ("mass", *(f"center_of_mass_{axis}" for axis in "xyz"))
-
-
-class StudyError(InputError):
-    """A study file that cannot be used; the message names the file, the field and the remedy."""
-
-
-@dataclass(frozen=True)
-class Until:
-    """The interval that ends sampling when it is narrow enough.
-
-    Attributes
-    ----------
-    statistic : "mean", "sd", a quantile in percent such as "q99.865", or "yield"
-    width : float
-        Of the interval, upper less lower bound, at most; in the output's SI unit, for the yield a number.
-    output : str or None
-        None for the yield, the share of samples that meet every requirement.
-    """
-
-    statistic: str
-    width: float
-    output: str | None = None
-
-    @property
-    def level(self) -> float:
-        """Share of the samples below the quantile."""
-        return float(self.statistic.removeprefix("q")) / 100
-
 
 @dataclass(frozen=True, eq=False)
-class Study:
+class Study(Shown):
     """A study, checked as a whole; SI units.
 
     Attributes
@@ -101,6 +81,50 @@ class Study:
     inertia_law: Literal["origin", "centroid", "cylinder"]
     source: str
     data_files: Mapping[str, bytes]
+
+    def __repr__(self) -> str:
+        varied = ", ".join(dimension.name for dimension in self.tolerances.varied) or "nothing"
+        limited = ", ".join(self.specification) or "nothing"
+        drawn = f"{self.samples:,} {self.sampling} samples, seed {self.seed}"
+        return f"<Study {self.title!r}: {drawn}; varied: {varied}; limited: {limited}>"
+
+    @classmethod
+    def of_file(cls, content: dict[str, Any], source: str, *, name: str, data_folder: str | Path) -> Study:
+        """From the content of a study file, whose text is ``source``.
+
+        Raises
+        ------
+        Faults
+            With everything that is wrong in the first section that has faults.
+        """
+        fields = study_fields(content, Path(data_folder))
+        fields["title"] = fields["title"] or name
+        return cls(name=name, source=source, **fields)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any], *, name: str = "study", data_folder: str | Path = ".") -> Study:
+        """From what a study file holds, as tables within a mapping.
+
+        Parameters
+        ----------
+        content : as TOML would give it; NumPy's numbers and arrays too, and None for what is not given
+        name : of the study, where it has no title, and of its run directory
+        data_folder : folder to which the names of data files are relative
+
+        Raises
+        ------
+        StudyError
+            The message names the field, its value, what is allowed and what to do.
+        """
+        try:
+            source = tomli_w.dumps(_plain(content))
+            return cls.of_file(tomllib.loads(source), source, name=name, data_folder=data_folder)
+        except TypeError as error:
+            raise StudyError(
+                f"{name}: {error}. A study holds texts, numbers, true and false, lists and tables."
+            ) from None
+        except Faults as faults:
+            raise StudyError("\n".join(f"{name}: {sentence}" for sentence in faults.sentences)) from None
 
     @cached_property
     def sha256(self) -> str:
@@ -163,3 +187,14 @@ class Study:
         except Faults as faults:
             raise StudyError("\n".join(faults.sentences)) from None
         return replace(self, **given, until=None if "samples" in given else self.until)
+
+
+def _plain(value: Any) -> Any:
+    """A value as TOML has it: numbers and lists without NumPy, tables without what is None."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(part) for key, part in value.items() if part is not None}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    return str(value) if isinstance(value, Path) else value

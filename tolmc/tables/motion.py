@@ -49,6 +49,21 @@ def _instants(trajectory: Trajectory, forces: np.ndarray, title: str) -> Table:
     return Table("motion", ("t, s", "X0, mm", "Y0, mm", "tilt, deg", "N_D, N", "N_E, N"), tuple(rows), title=title)
 
 
+def extremes_table(trajectory: Trajectory) -> Table:
+    """What a motion reaches, at its stored instants."""
+    rows = [
+        cells("Largest tilt", Number(float(np.degrees(trajectory.tilt.max()))), "deg"),
+        *(
+            cells(f"{what} {name}", Number(float(of(force))), "N")
+            for name, force in zip(("N_D", "N_E"), trajectory.contact_force.T, strict=True)
+            for what, of in (("Smallest", np.min), ("Largest", np.max))
+        ),
+        cells("Status", trajectory.status, ""),
+    ]
+    title = f"Motion of {trajectory.time[-1]:.4g} s, {len(trajectory.time):,} rows"
+    return Table("extremes", ("", "", Column("unit", words=True)), tuple(rows), title=title)
+
+
 def sample_table(row: Mapping[str, float | str]) -> Table:
     """One row of a run: its inputs and outputs."""
     rows = []

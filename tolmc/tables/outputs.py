@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
@@ -18,8 +19,9 @@ _SHOWN = {"mean": 5, "sd": 4, "q0.135": 5, "q50": 5, "q99.865": 5}
 _BUDGET = ("mean", "sd", "q99.865")
 
 
-def outputs_table(summary: pd.DataFrame) -> Table:
-    """Mean, sd and quantiles of every output, from :func:`tolmc.statistics.summary.summarise`."""
+def outputs_table(summary: pd.DataFrame, foremost: Iterable[str] = ()) -> Table:
+    """Mean, sd and quantiles of every output, from :func:`tolmc.statistics.summary.summarise`; the ``foremost`` first."""
+    summary = summary.loc[[*dict.fromkeys(name for name in (*foremost, *summary.index) if name in summary.index)]]
     shown = summary[(summary["used"] > 0) & ~summary.index.isin(quantities.CHECKS)]
     shown = without_rounding_errors(shown, [f"{key}{end}" for key in _SHOWN for end in ("", "_low", "_high")])
     rows = [

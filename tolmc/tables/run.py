@@ -19,13 +19,8 @@ from tolmc.text.phrases import cut_short
 def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
     """Title, tables and what a reader of them must know, in this order."""
     study = result.study
-    title = " ".join(study.title.split())
-    yield Note(
-        f"{title}: {study.samples:,} samples, {study.sampling.replace('_', ' ')}, seed {study.seed} ({result.elapsed:.1f} s)",
-        strong=title,
-        is_apart=True,
-    )
-    yield outputs_table(result.summary)
+    yield _title(result)
+    yield outputs_table(result.summary, study.specification)
     yield shares_table(result.requirements)
     yield from _contact_notes(result)
     yield statuses_table(result.statuses)
@@ -38,6 +33,26 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
         quantities.of(name).kind == "force" for name in result.summary.index
     ):
         yield section_note(study.scene.joint_in_operation)
+
+
+def brief_blocks(result: StudyResult) -> Iterator[Table | Note]:
+    """The title, the outputs that have limits (all, where none has), and the requirements."""
+    study = result.study
+    limited = [name for name in study.specification if name in result.summary.index]
+    yield _title(result)
+    yield outputs_table(result.summary.loc[limited or list(result.summary.index)])
+    yield shares_table(result.requirements)
+    yield from _contact_notes(result)
+
+
+def _title(result: StudyResult) -> Note:
+    study = result.study
+    title = " ".join(study.title.split())
+    return Note(
+        f"{title}: {study.samples:,} samples, {study.sampling.replace('_', ' ')}, seed {study.seed} ({result.elapsed:.1f} s)",
+        strong=title,
+        is_apart=True,
+    )
 
 
 def _contact_notes(result: StudyResult) -> Iterator[Note]:

@@ -1,0 +1,109 @@
+"""From the content of a study file to what a study is made of: scene, tolerances, requirements, settings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from tolmc import quantities
+from tolmc.mechanism.operating import Operating
+from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
+from tolmc.quantities import JOINT, MASS_AND_CENTER
+from tolmc.study.dimensions import DimensionsTable
+from tolmc.study.fields import Faults, OwnUnit, check_names, in_section, place, short, validated
+from tolmc.study.sections import BodySection, LimitsSection, StudyFile
+from tolmc.study.until import read_until
+
+
+def study_fields(content: dict[str, Any], data_folder: Path) -> dict[str, Any]:
+    """The fields of a :class:`tolmc.study.study.Study` but its name and source, from the content of its file.
+
+    Raises
+    ------
+    Faults
+        With everything that is wrong in the first section that has faults.
+    """
+    file = validated(StudyFile, content)
+    table = DimensionsTable(file.dimensions, data_folder)
+    scene = _scene(file, content, table.joint)
+    settings = file.monte_carlo.model_dump()
+    outputs = settings.pop("outputs")
+    specification = _specification(file.specification, outputs)
+    return settings | {
+        "title": file.title,
+        "scene": scene,
+        "tolerances": table.tolerances({**scene.scalars, **table.joint}, file.correlation),
+        "specification": specification,
+        "formulation": file.model.formulation,
+        "outputs": None if outputs is None else tuple(outputs),
+        "until": read_until(settings.pop("until"), file.monte_carlo, specification),
+        "allocation": file.allocation,
+        "inertia_law": _inertia_law(file.body, file.dimensions),
+        "data_files": table.data_files,
+    }
+
+
+def _scene(file: StudyFile, content: dict[str, Any], joint: dict[str, float]) -> Scene:
+    written = {name: content["dimensions"].get(name, content["dimensions"].get("fit")) for name in JOINT}
+    with in_section("dimensions", written=written):
+        joined = Joint(**joint, section=file.model.section)
+    with in_section("body", written=content["body"]):
+        body = _body(file.body)
+    with in_section("loads", written=content.get("loads")):
+        loads = Loads(**file.loads.model_dump())
+    with in_section("motion", written=content["motion"]):
+        start = file.motion.model_dump()
+        scene = Scene(joined, body, loads, duration=start.pop("duration"), motion=Motion(**start))
+    if file.operating is None:
+        return scene
+    with in_section("operating"):
+        return replace(scene, operating=Operating(**file.operating.model_dump()))
+
+
+def _body(section: BodySection) -> Body:
+    ways = {name: getattr(section, name) for name in ("inertia", "centroidal_inertia", "solid_cylinder")}
+    given = [name for name, value in ways.items() if value is not None]
+    if len(given) != 1:
+        raise ValueError(f"{' and '.join(given) or 'no inertia'} given; give one of {', '.join(ways)}.")
+    if section.solid_cylinder is not None:
+        cylinder = section.solid_cylinder
+        return Body.solid_cylinder(section.mass, cylinder.radius, cylinder.length, section.center_of_mass)
+    if section.centroidal_inertia is not None:
+        return Body.from_centroidal(section.mass, section.center_of_mass, section.centroidal_inertia)
+    return Body(section.mass, section.center_of_mass, cast(tuple, section.inertia))
+
+
+def _inertia_law(body: BodySection, dimensions: Mapping[str, Any]) -> Literal["origin", "centroid", "cylinder"]:
+    law: Literal["origin", "centroid", "cylinder"] = (
+        "cylinder"
+        if body.solid_cylinder is not None
+        else "centroid"
+        if body.centroidal_inertia is not None
+        else "origin"
+    )
+    given = [row.name for row in quantities.SCALAR_ROWS if row.kind == "inertia" and row.name in dimensions]
+    if law != "origin" and given and any(name in dimensions for name in MASS_AND_CENTER):
+        raise Faults(
+            f"{place('dimensions', given[0])} has a tolerance beside mass or centre of mass, with which the body's inertia "
+            "varies by itself. Give [body] inertia about O, or leave one of them out."
+        )
+    return law
+
+
+def _specification(table: dict[str, Any], outputs: list[str] | None) -> dict[str, dict[str, float]]:
+    check_names(table, quantities.OUTPUTS, "specification")
+    specification = {}
+    for name, written in table.items():
+        limits = validated(LimitsSection, written, "specification", name, context=OwnUnit.of(name))
+        given = limits.model_dump(exclude_none=True)
+        if not given:
+            raise Faults(f"{place('specification', name)} sets no limit; give min, max or both.")
+        if given.get("min", -float("inf")) > given.get("max", float("inf")):
+            low, high = short(written["min"]), short(written["max"])
+            raise Faults(f"{place('specification', name)}: min = {low} is above max = {high}; exchange them.")
+        if outputs is not None and name not in outputs:
+            raise Faults(f"{place('specification', name)} is not among [monte_carlo] outputs; add it there.")
+        specification[name] = given
+    return specification
