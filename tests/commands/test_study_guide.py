@@ -92,9 +92,7 @@ def test_every_field_says_what_it_means():
         assert table.meaning, table.name
         for field in table.fields:
             assert field.meaning.endswith(".") and field.written, field.place
-            assert (
-                field.meaning in explain(field.place).replace("\n ", "").replace("  ", " ") or len(field.meaning) > 60
-            )
+            assert "".join(field.meaning.split()) in "".join(explain(field.place).split())  # however the lines break
 
 
 def test_everything_that_has_a_name_can_be_asked_for():

@@ -416,7 +416,7 @@ def test_long_steps_are_no_worse_than_with_the_regular_pair(name, steps):
     for regular in (False, True):
         record = integrate(scene, steps, "rk4", regular)
         if record.status != published.OK:
-            assert record.status in (SETS[name], published.DIVERGED)
+            assert not regular and record.status in (SETS[name], published.DIVERGED)
             return
         errors.append(
             np.abs(record.origin - fine.origin[::stride]).max() / scene.joint.effective_radius

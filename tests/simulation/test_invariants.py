@@ -29,12 +29,20 @@ def one(scene, **options):
     return simulate_many(scene, **dimensions(scene), **options).iloc[0]
 
 
-@pytest.mark.parametrize("scene", CONSERVING.values(), ids=CONSERVING)
-def test_angular_momentum_is_watched_where_no_load_turns_about_z(scene):
+#: Half the sum of the polar angles is cyclic there, its momentum a coordinate that no step changes.
+KEPT_BY_ANY_STEP = ("axial", "exact", "no load")
+
+
+@pytest.mark.parametrize("name", CONSERVING)
+def test_angular_momentum_is_watched_where_no_load_turns_about_z(name):
     """Kept to rounding by short steps, to the method's order by long ones."""
+    scene = CONSERVING[name]
     fine, coarse, coarser = (one(scene, step=step, accuracy=1.0).momentum_error for step in (2e-4, 8e-3, 1.6e-2))
     assert fine < 1e-12
-    assert coarser > 30 * coarse > 1e3 * fine or coarser < 1e-13
+    if name in KEPT_BY_ANY_STEP:
+        assert coarser < 1e-13
+    else:
+        assert coarser > 30 * coarse > 1e3 * fine
 
 
 @pytest.mark.parametrize("formulation", ["slope", "published", "published-regular"])

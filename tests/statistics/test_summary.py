@@ -235,8 +235,8 @@ def test_intervals_cover_in_a_few_studies(sampling):
     assert coverage(sampling, 300, 512)[["mean", "q50", "q95", "yield"]].between(0.91, 0.985).all()
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize("sampling", ["random", "sobol"])
+@pytest.mark.slow
+@pytest.mark.parametrize("sampling", ["random", pytest.param("sobol", marks=pytest.mark.nightly)])
 def test_intervals_cover(sampling):
     covered = coverage(sampling, 10_000, 1024)
     assert covered[["mean", "q5", "q50", "q95", "yield"]].between(0.94, 0.96).all(), covered
