@@ -18,6 +18,7 @@ RESULTS = ("samples.parquet", "summary.csv", "requirements.csv")
 
 # Some two seconds of work in many blocks, so that most kills fall into it.
 SAMPLES = 30_000
+MOST_KILLS = 10  # of one run
 LONGER = ('duration = "0.1 s"', 'duration = "3 s"')
 
 
@@ -47,8 +48,11 @@ def assert_equal_to(reference, out):
     assert not (out / "blocks").exists()
 
 
-def run_under_kills(study, out, duration, chance):
-    """Start, kill and go on until a process gets through: the number of kills, and how long the last one took."""
+def run_under_kills(study, out, duration, chance, most):
+    """Start, kill and go on until a process gets through: the number of kills, and how long the last one took.
+
+    After ``most`` kills the next process is left alone, so that a machine that has become slower ends too.
+    """
     kills = 0
     while True:
         begun = (out / "run.json").exists()
@@ -56,7 +60,8 @@ def run_under_kills(study, out, duration, chance):
         began = time.monotonic()
         try:
             # Later starts have less to do and must be allowed to come as far as the last writes.
-            _, errors = process.communicate(timeout=chance.uniform(0.3, 1.05) * duration)
+            patience = chance.uniform(0.3, 1.05) * duration if kills < most else None
+            _, errors = process.communicate(timeout=patience)
         except subprocess.TimeoutExpired:
             process.kill()
             _, errors = process.communicate()
@@ -72,7 +77,7 @@ def survive(reference, folder, wanted, seed):
     chance, kills, runs = random.Random(seed), 0, 0
     while kills < wanted:
         out = folder / f"run{runs}"
-        killed, lasted = run_under_kills(study, out, duration, chance)
+        killed, lasted = run_under_kills(study, out, duration, chance, min(wanted - kills, MOST_KILLS))
         if killed == 0:
             duration = min(duration, lasted)  # the machine is faster than when the reference ran
         kills, runs = kills + killed, runs + 1

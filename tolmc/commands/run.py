@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import click
 
@@ -27,9 +27,8 @@ def run_study(study: Path, shown: Mapping[str, bool], *, out: Path | None, **opt
     loaded = load_study(study)
     if note := interference_note(loaded.tolerances, loaded.scene.scalars):
         click.echo(f"Note: {note}", err=True)
-    out = out or monte_carlo.default_directory(study)
-    result = monte_carlo.run(loaded, out=out, **options)
-    _show(result, result.directory or out, **shown)
+    result = monte_carlo.run(loaded, out=out or monte_carlo.default_directory(study), **options)
+    _show(result, cast(Path, result.directory), **shown)
 
 
 def resume_run(directory: Path, shown: Mapping[str, bool], **options: Any) -> None:
