@@ -78,7 +78,7 @@ def _(study: Study) -> dict[str, Callable[[], Figure]]:
 @pictures.register
 def _(result: StudyResult) -> dict[str, Callable[[], Figure]]:
     study, samples = result.study, result.samples
-    outputs = [name for name in quantities.OUTPUTS if name in samples]
+    outputs = quantities.outputs_among(samples)
 
     def distributions() -> Figure:
         nominal = {name: value for name, value in result.nominal.items() if not isinstance(value, str)}

@@ -8,6 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
+
+
+class _Names(Protocol):
+    """What knows whether it has a name: a list, a table, the columns of a run."""
+
+    def __contains__(self, name: str, /) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -201,7 +208,7 @@ DRAWN_ROWS = (
 
 _OTHERS = (*DRAWN_ROWS, Quantity("duration", "time", "Duration"), Quantity("status_time", "time", "Status time"))
 
-_ROWS = {row.name: row for row in (*SCALAR_ROWS, *OUTPUT_ROWS, *_OTHERS)}
+_ROWS: dict[str, Quantity] = {row.name: row for row in (*SCALAR_ROWS, *OUTPUT_ROWS, *_OTHERS)}
 
 #: Every scalar of a scene that may vary from sample to sample.
 SCALARS = tuple(row.name for row in SCALAR_ROWS)
@@ -225,6 +232,39 @@ GEOMETRY = tuple(row.name for row in OUTPUT_ROWS if row.group == "geometry")
 CHECKS = tuple(row.name for row in OUTPUT_ROWS if row.group == "integration")
 #: Those that every motion has and that say something of the joint: what drives them can be asked.
 RESPONSES = tuple(row.name for row in OUTPUT_ROWS if row.name in OUTPUTS and row.name not in CHECKS and not row.event)
+
+
+_DERIVED: dict[str, Output] = {}
+
+
+def derive(row: Output) -> None:
+    """Make an output of a study's own known by its name.
+
+    Raises
+    ------
+    ValueError
+        Where another study of this process has something else by that name: its results could not be told apart.
+    """
+    if _DERIVED.get(row.name, row).kind != row.kind:
+        raise ValueError(
+            f"{row.name} is {KINDS[_DERIVED[row.name].kind].words} in another study of this process; choose another name"
+        )
+    _DERIVED[row.name] = _ROWS[row.name] = row
+
+
+def is_derived(name: str) -> bool:
+    """Whether a study has defined the output."""
+    return name in _DERIVED
+
+
+def outputs_among(names: _Names) -> list[str]:
+    """The outputs among the names, in the order in which tables show them, those of a study's own last."""
+    return [name for name in (*OUTPUTS, *_DERIVED) if name in names]
+
+
+def responses_among(names: _Names) -> list[str]:
+    """The :data:`RESPONSES` among the names, and the outputs of a study's own."""
+    return [name for name in (*RESPONSES, *_DERIVED) if name in names]
 
 
 def of(name: str) -> Quantity:

@@ -14,9 +14,6 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator
-
-from tolmc import units
 from tolmc.allocation.allocate import Plan
 from tolmc.allocation.offers import ANCHORS, LAWS, Curve, Grades, with_widths
 from tolmc.quantities import DRAWN, JOINT
@@ -32,26 +29,14 @@ from tolmc.study.fields import (
     own,
     place,
     quantity,
+    share,
     validated,
     whole,
 )
-from tolmc.study.sections import MAX_SAMPLES
+from tolmc.study.sections import MAX_SAMPLES, TARGET_YIELD
 from tolmc.study.study import Study, StudyError
 from tolmc.tolerances import fits
 from tolmc.tolerances.dimension import Dimension, Tolerances
-
-
-def _share(low: float):
-    """Type of a share between ``low`` and 1."""
-
-    def read(value: object) -> float:
-        number = units.read(value, "1")
-        if not low < number < 1.0:
-            raise ValueError(f"expected {words}")
-        return number
-
-    words = f"a share between {low:g} and 1, such as 0.9973 or '99.73 %'"
-    return Annotated[float, BeforeValidator(read), Form(words, {"type": ["number", "string"]})]
 
 
 class _Cost(Section):
@@ -86,9 +71,9 @@ class ChoiceSection(Section):
 class AllocationSection(Section):
     """What tolerances cost and which yield is required, for `tolmc allocate`. Distributions keep their shape."""
 
-    target_yield: _share(0.0) = 0.9973
-    """Share of the motions that keep every limit of `[specification]`."""
-    confidence: _share(0.5) = 0.95
+    target_yield: share(0.0) | None = None
+    """Share of the motions that keep every limit; that of `[specification] target` when not given, else 99.73 %."""
+    confidence: share(0.5) = 0.95
     """Of the statement that the yield is at least that."""
     samples: whole(1, MAX_SAMPLES) = 100_000
     """Independent motions of the confirming run."""
@@ -129,7 +114,8 @@ def _plan(study: Study) -> Plan:
             "[allocation] dimensions: a dimension is there twice, by its own name and the drawing's; leave one out."
         )
     seed = study.seed if table.seed is None else table.seed
-    return Plan(choices, table.target_yield, table.confidence, table.samples, seed)
+    target = table.target_yield or study.target or TARGET_YIELD
+    return Plan(choices, target, table.confidence, table.samples, seed)
 
 
 def _choice(study: Study, word: str, entry: object) -> Grades | Curve:

@@ -63,7 +63,7 @@ def four_answers(study: Study, summary: pd.DataFrame, requirements: pd.DataFrame
 
     Correlated dimensions have no Sobol' indices. Where motions fail there is no accelerated estimate, and the table says why.
     """
-    outputs = [name for name in summary.index if name in quantities.RESPONSES]
+    outputs = quantities.responses_among(summary.index)
     tolerances = study.tolerances
     # The paper's own coordinates are integrated one motion after the other, for comparison.
     if not outputs or not tolerances.varied or study.formulation != "slope":

@@ -22,7 +22,7 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
 
     Parameters
     ----------
-    outputs : names in :data:`tolmc.quantities.OUTPUTS`
+    outputs : names in :data:`tolmc.quantities.OUTPUTS`, or of the study's own
         What the model returns, beside ``status``; nothing else is computed.
 
     Raises
@@ -30,6 +30,10 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
     InputError
         When the study cannot be integrated.
     """
+    derived = [output for output in study.derived if output.name in outputs]
+    own = {output.name for output in derived}
+    wanted = [*outputs, *(name for output in derived for name in output.outputs)]
+    outputs = [name for name in dict.fromkeys(wanted) if name not in own]
     integrates = not set(outputs) <= set(GEOMETRY)
     options: dict[str, Any] = {"on_contact_loss": study.on_contact_loss, "project_energy": study.project_energy}
     try:
@@ -44,8 +48,12 @@ def study_model(study: Study, outputs: Sequence[str], *, box: Mapping[str, tuple
     def model(inputs: pd.DataFrame) -> pd.DataFrame:
         columns = study.with_inertia({name: inputs[name].to_numpy() for name in inputs})
         joint: dict[str, Any] = {name: columns.pop(name) for name in JOINT}
-        return simulate_many(
+        found = simulate_many(
             study.scene, **joint, parameters=columns, outputs=outputs, plan=plan, workers=study.workers, **options
+        )
+        known = {name: found[name].to_numpy() for name in found if name != "status"}
+        return found.assign(
+            **{output.name: output.values({**columns, **known}, study.scene.scalars) for output in derived}
         )
 
     return model

@@ -201,7 +201,7 @@ def _mark(axis, value: float, text: str, colour: str, style: str, height: float)
 
 def draw_drivers(samples: pd.DataFrame, inputs: list[str], *, title: str) -> Figure:
     """Which input drives which output: rank correlations, and the strongest driver of both force maxima."""
-    outputs = [name for name in quantities.RESPONSES if name in samples]
+    outputs = quantities.responses_among(samples)
     outputs = [name for name in outputs if _varies(samples[name])]
     inputs = [name for name in inputs if _varies(samples[name])]
     below = 0.62 if len(inputs) <= _UPRIGHT else 1.15  # inches for the names of the inputs

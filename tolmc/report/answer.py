@@ -30,7 +30,7 @@ class Answer:
 
 def question(study: Study) -> str:
     """What the study asks."""
-    names = [phrases.phrase(dimension.name) for dimension in study.tolerances.varied]
+    names = [phrases.phrase(dimension.shown_name) for dimension in study.tolerances.varied]
     varied = f"the limits of {phrases.joined(names)}" if names else "the nominal dimensions"
     if not study.specification:
         return f"What do parts made to {varied} do to tilt and contact forces?"

@@ -25,6 +25,7 @@ from tolmc.statistics.looks import Looks
 from tolmc.statistics.outcomes import without_value
 from tolmc.statistics.summary import count_statuses, summarise_requirements
 from tolmc.statistics.tolerance_intervals import ToleranceInterval, tolerance_interval
+from tolmc.study.sections import TARGET_YIELD
 from tolmc.study.study import Study
 from tolmc.tables.dimensions import constants_table, dimensions_table
 from tolmc.tables.influence import contributions_table, failures_table, indices_table
@@ -33,9 +34,6 @@ from tolmc.tables.requirements import capability_table, requirements_table
 from tolmc.tables.stackup import accelerated_table, stackup_table
 from tolmc.tables.table import Table
 from tolmc.text import phrases
-
-#: Yield that requirements are judged by where the study asks for none: what lies within +-3 sigma of a normal output.
-TARGET_YIELD = 0.9973
 
 #: Samples from which contributions are estimated, a balanced part of a Sobol' run: ranks of many more cost seconds.
 EXAMINED = 2**15
@@ -140,6 +138,8 @@ class _Content:
 
     @property
     def target(self) -> float:
+        if self.study.target is not None:
+            return self.study.target
         given = self.study.allocation.get("target_yield", TARGET_YIELD)
         try:
             return units.read(given, "1")
@@ -186,7 +186,7 @@ class _Content:
 
     @property
     def _of_examined(self) -> dict:
-        outputs = [name for name in quantities.RESPONSES if name in self.columns]
+        outputs = quantities.responses_among(self.columns)
         return {"inputs": self.inputs, "outputs": outputs, **self.drawn}
 
     def answer(self) -> Answer:

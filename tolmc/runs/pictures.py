@@ -85,7 +85,7 @@ def draw_drivers(directory: RunDirectory, study: Study, first: pa.Table) -> None
     from tolmc.pictures import plots
 
     varied = [dimension.name for dimension in study.tolerances.varied]
-    shown = [*varied, *(name for name in quantities.OUTPUTS if name in first.column_names)]
+    shown = [*varied, *quantities.outputs_among(first.column_names)]
     names = study.tolerances.shown_names
     samples = first.select(shown).to_pandas().rename(columns=names)
     figure = plots.draw_drivers(samples, [names[name] for name in varied], title=study.title)
@@ -97,7 +97,7 @@ def draw_distributions(directory: RunDirectory, study: Study, nominal: Mapping[s
     from tolmc.pictures import plots
 
     samples = Columns(directory.read)
-    outputs = [name for name in quantities.OUTPUTS if name in samples]
+    outputs = quantities.outputs_among(samples)
     shown = [name for name in plots.DISTRIBUTIONS if name in samples] or outputs[:1]
     figure = plots.draw_distributions(
         samples, shown, nominal=nominal, specification=study.specification, title=study.title

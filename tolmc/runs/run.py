@@ -244,7 +244,7 @@ def _integrate(study: Study, plan: Plan, dimensions: pd.DataFrame) -> dict[str, 
         outputs=study.outputs or scene_outputs(plan, study.project_energy),
         on_contact_loss=study.on_contact_loss, project_energy=study.project_energy,
     )  # fmt: skip
-    return {**inputs, **outputs}
+    return study.with_derived({**inputs, **outputs})
 
 
 def _block(study: Study, plan: Plan, start: int, count: int) -> pa.Table:
@@ -378,7 +378,7 @@ def _result(
     began: float,
 ) -> StudyResult:
     samples, specification = Columns(read), study.specification
-    outputs = [name for name in quantities.OUTPUTS if name in samples]
+    outputs = quantities.outputs_among(samples)
     drawn: dict[str, Any] = {"sampling": study.sampling, "lot_size": study.tolerances.lot_size or 1}
     if sequential is not None:
         drawn["confidence"] = sequential.looks.look_confidence

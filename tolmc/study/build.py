@@ -11,9 +11,10 @@ from tolmc import quantities
 from tolmc.mechanism.operating import Operating
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
 from tolmc.quantities import JOINT, MASS_AND_CENTER
+from tolmc.study.derived import Derived, read_outputs
 from tolmc.study.dimensions import DimensionsTable
 from tolmc.study.fields import Faults, OwnUnit, check_names, in_section, place, short, validated
-from tolmc.study.sections import BodySection, LimitsSection, StudyFile
+from tolmc.study.sections import BodySection, LimitsSection, SpecificationSection, StudyFile
 from tolmc.study.until import read_until
 
 
@@ -30,12 +31,19 @@ def study_fields(content: dict[str, Any], data_folder: Path) -> dict[str, Any]:
     scene = _scene(file, content, table.joint)
     settings = file.monte_carlo.model_dump()
     outputs = settings.pop("outputs")
-    specification = _specification(file.specification, outputs)
+    derived = read_outputs(file.outputs)
+    if outputs is not None:
+        outputs = list(dict.fromkeys([*outputs, *(name for output in derived for name in output.outputs)]))
+    requirements = dict(file.specification)
+    target = _target(requirements, file.allocation)
+    specification = _specification(requirements, outputs, derived)
     return settings | {
         "title": file.title,
         "scene": scene,
         "tolerances": table.tolerances({**scene.scalars, **table.joint}, file.correlation),
         "specification": specification,
+        "derived": derived,
+        "target": target,
         "formulation": file.model.formulation,
         "outputs": None if outputs is None else tuple(outputs),
         "until": read_until(settings.pop("until"), file.monte_carlo, specification),
@@ -92,8 +100,20 @@ def _inertia_law(body: BodySection, dimensions: Mapping[str, Any]) -> Literal["o
     return law
 
 
-def _specification(table: dict[str, Any], outputs: list[str] | None) -> dict[str, dict[str, float]]:
-    check_names(table, quantities.OUTPUTS, "specification")
+def _target(requirements: dict[str, Any], allocation: Mapping[str, Any]) -> float | None:
+    """The share of the parts that has to keep the limits, taken out of the table of these."""
+    if "target" not in requirements:
+        return None
+    if "target_yield" in allocation:
+        raise Faults(f"{place('specification', 'target')} and [allocation] target_yield are the same; leave one out.")
+    return validated(SpecificationSection, {"target": requirements.pop("target")}, "specification").target
+
+
+def _specification(
+    table: dict[str, Any], outputs: list[str] | None, derived: tuple[Derived, ...]
+) -> dict[str, dict[str, float]]:
+    own = [output.name for output in derived]
+    check_names(table, (*quantities.OUTPUTS, *own, "target"), "specification")
     specification = {}
     for name, written in table.items():
         limits = validated(LimitsSection, written, "specification", name, context=OwnUnit.of(name))
@@ -103,7 +123,7 @@ def _specification(table: dict[str, Any], outputs: list[str] | None) -> dict[str
         if given.get("min", -float("inf")) > given.get("max", float("inf")):
             low, high = short(written["min"]), short(written["max"])
             raise Faults(f"{place('specification', name)}: min = {low} is above max = {high}; exchange them.")
-        if outputs is not None and name not in outputs:
+        if outputs is not None and name not in outputs and name not in own:
             raise Faults(f"{place('specification', name)} is not among [monte_carlo] outputs; add it there.")
         specification[name] = given
     return specification

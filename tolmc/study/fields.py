@@ -130,6 +130,19 @@ def whole(lowest: int, highest: int):
     return Annotated[int, BeforeValidator(read), Form(words, schema)]
 
 
+def share(low: float):
+    """Type of a share between ``low`` and 1."""
+
+    def read(value: object) -> float:
+        number = units.read(value, "1")
+        if not low < number < 1.0:
+            raise ValueError(f"expected {words}")
+        return number
+
+    words = f"a share between {low:g} and 1, such as 0.9973 or '99.73 %'"
+    return Annotated[float, BeforeValidator(read), Form(words, {"type": ["number", "string"]})]
+
+
 def vector(unit: str):
     """Type of a vector [x, y, z] in the SI unit ``unit``."""
 

@@ -23,11 +23,14 @@ from tolmc.study.fields import (
     material,
     own_unit,
     quantity,
+    share,
     vector,
     whole,
 )  # fmt: skip
 
 MAX_SAMPLES = 1_000_000_000
+#: Share of the parts that have to keep every limit, where a study does not say: ±3 sigma of a normal distribution.
+TARGET_YIELD = 0.9973
 
 
 def _read_deviations(value: object, info: ValidationInfo) -> tuple[float, float]:
@@ -272,8 +275,23 @@ class MonteCarloSection(Section):
     """Sample only until an interval is narrow enough."""
 
 
+class OutputSection(Section):
+    """An output of the study's own, in `[outputs]`, where its text alone may stand for it."""
+
+    value: str
+    """Expression of dimensions and outputs with units: arithmetic, sin, cos, tan, asin, acos, atan, atan2, sqrt, abs, exp, log,
+    hypot, min, max."""
+    unit: str | None = None
+    """Unit in which it is meant, where its dimension leaves that open: "deg" for an angle."""
+    label: str | None = None
+    """What tables call it; its name when not given."""
+
+
 class SpecificationSection(Section):
-    """What the motion has to keep: a table for each output that has limits, by its name."""
+    """What the motion has to keep: a table for each output that has limits, by its name, one of `[outputs]` too."""
+
+    target: share(0.0) | None = None
+    """Share of the parts that have to keep every limit, such as "99.7 %"; 99.73 % when not given."""
 
 
 class LimitsSection(Section):
@@ -319,5 +337,8 @@ class StudyFile(Section):
     operating: OperatingSection | None = None
     model: _Model = _Model()
     monte_carlo: MonteCarloSection = MonteCarloSection()
+    outputs: dict[str, Any] = Field(default_factory=dict)
+    """Outputs of the study's own, by a name of your choice: `sag = "800 mm * sin(tilt_max)"`, or a table with value, unit and
+    label. They may have limits."""
     specification: dict[str, Any] = Field(default_factory=dict)
     allocation: dict[str, Any] = Field(default_factory=dict)

@@ -20,6 +20,7 @@ from tolmc.mechanism.scene import Scene
 from tolmc.quantities import MASS_AND_CENTER
 from tolmc.shown import Shown
 from tolmc.study.build import study_fields
+from tolmc.study.derived import Derived
 from tolmc.study.fields import Faults, validated
 from tolmc.study.sections import MonteCarloSection
 from tolmc.study.until import Until
@@ -48,6 +49,10 @@ class Study(Shown):
         As :func:`tolmc.run` and :func:`tolmc.simulate_many` take them.
     until : Until or None
         Where given, sampling stops when this interval is narrow enough, and ``samples`` is the largest number.
+    derived : tuple of Derived
+        The study's own outputs.
+    target : float or None
+        Share of the parts that have to keep every limit; None where [specification] does not say.
     allocation : mapping
         The [allocation] table as written, for :mod:`tolmc.allocation.allocate`.
     inertia_law : {"origin", "centroid", "cylinder"}
@@ -77,6 +82,8 @@ class Study(Shown):
     halving: bool
     outputs: tuple[str, ...] | None
     until: Until | None
+    derived: tuple[Derived, ...]
+    target: float | None
     allocation: Mapping[str, Any]
     inertia_law: Literal["origin", "centroid", "cylinder"]
     source: str
@@ -133,6 +140,10 @@ class Study(Shown):
         for name, content in sorted(self.data_files.items()):
             digest.update(hashlib.sha256(name.encode()).digest() + hashlib.sha256(content).digest())
         return digest.hexdigest()
+
+    def with_derived(self, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The columns with the study's own outputs, which follow from them."""
+        return {**columns, **{output.name: output.values(columns, self.scene.scalars) for output in self.derived}}
 
     @property
     def integrates(self) -> bool:
