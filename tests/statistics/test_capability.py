@@ -212,3 +212,22 @@ def test_a_sequential_run_that_falls_short_says_so():
 def test_unusable_arguments_are_named(call, named):
     with pytest.raises(ValueError, match=named):
         call()
+
+
+@pytest.mark.parametrize("value", [0.00996, 1.0, -7.3, 0.0, 1e9])
+@pytest.mark.parametrize("noise", [0.0, 1e-15])
+def test_a_constant_output_has_no_indices(value, noise):
+    values = value * (1 + noise * np.random.default_rng(1).standard_normal(1000))
+    frame = pd.DataFrame({"tilt_angle": values})
+    row = capability(frame, specification={"tilt_angle": {"min": -1e10, "max": 1e10}}).loc["tilt_angle"]
+    assert row["is_constant"]
+    assert row[["Cp", "Cpk", "Pp", "Ppk", "ppm_if_normal"]].isna().all()
+    assert row["yield"] == 1
+
+
+def test_what_varies_only_between_lots_has_no_index_within_them():
+    values = np.repeat(np.random.default_rng(2).normal(1.0, 0.1, 50), 20)
+    row = capability(
+        pd.DataFrame({"tilt_angle": values}), specification={"tilt_angle": {"max": 2.0}}, lot_size=20
+    ).iloc[0]
+    assert np.isnan(row["Cpk"]) and row["Ppk"] == pytest.approx(3.3, rel=0.3) and not row["is_constant"]

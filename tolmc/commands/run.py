@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
@@ -14,6 +15,7 @@ from tolmc.commands.compare_sections import compare_run
 from tolmc.commands.written import written
 from tolmc.runs import run as monte_carlo
 from tolmc.study.file import load_study
+from tolmc.study.slips import slips
 from tolmc.tables.run import brief_blocks, run_blocks
 from tolmc.terminal.grid import show
 from tolmc.tolerances.interference import interference_note
@@ -26,9 +28,17 @@ def run_study(study: Path, shown: Mapping[str, bool], *, out: Path | None, **opt
     """
     loaded = load_study(study)
     if note := interference_note(loaded.tolerances, loaded.scene.scalars):
-        click.echo(f"Note: {note}", err=True)
+        _note(note)
+    for slip in slips(loaded):
+        _note(slip)
     result = monte_carlo.run(loaded, out=out or monte_carlo.default_directory(study), **options)
     _show(result, cast(Path, result.directory), **shown)
+
+
+def _note(sentence: str) -> None:
+    # Standard error that cannot be written must not cost a run.
+    with suppress(OSError):
+        click.echo(f"Note: {sentence}", err=True)
 
 
 def resume_run(directory: Path, shown: Mapping[str, bool], **options: Any) -> None:

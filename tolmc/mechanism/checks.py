@@ -14,6 +14,9 @@ def finite_number(owner: str, name: str, value: Any, *, positive: bool = False) 
 
     Raises TypeError for what is no number, ValueError for one that is not finite or, where asked, not positive.
     """
+    _refuse_unit(f"{owner}: {name}", value)
+    if np.ma.is_masked(value):
+        raise ValueError(f"{owner}: {name} is masked; give a number.")
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -22,6 +25,41 @@ def finite_number(owner: str, name: str, value: Any, *, positive: bool = False) 
         allowed = "a finite number > 0" if positive else "a finite number"
         raise ValueError(f"{owner}: {name} = {value!r} is out of range; allowed: {allowed}.")
     return number
+
+
+def plain_array(name: str, value: Any) -> np.ndarray:
+    """``value`` as an array of floats that says no less than it did: without a mask, a unit or an imaginary part.
+
+    Raises ValueError where one of these would be lost, TypeError for what are no numbers.
+    """
+    _refuse_unit(name, value)
+    if np.ma.is_masked(value):
+        raise ValueError(f"{name} has masked entries; leave them out (values.compressed()), or fill them.")
+    if isinstance(value, (list, tuple)) or getattr(getattr(value, "dtype", None), "kind", "") == "O":
+        for item in value:
+            _refuse_unit(name, item)
+    if np.iscomplexobj(value):
+        raise ValueError(f"{name} is complex; give its real part, or its size.")
+    try:
+        return np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be an array of numbers in SI units, got {value!r}.") from None
+
+
+def _refuse_unit(name: str, value: Any) -> None:
+    """ValueError for a quantity of pint, astropy, unyt and their like: its number alone may be in millimetres."""
+    if isinstance(value, (int, float)):
+        return
+    unit = (
+        getattr(value, "dtype", None)
+        if hasattr(value, "iloc")
+        else getattr(value, "units", getattr(value, "unit", None))
+    )
+    if unit is None or (hasattr(value, "iloc") and not str(unit).startswith("pint")):
+        return
+    raise ValueError(
+        f"{name} carries a unit ({unit}); give plain numbers in SI units, such as x.to_base_units().magnitude of pint."
+    )
 
 
 def finite_vector(owner: str, name: str, value: object) -> tuple[float, float, float]:

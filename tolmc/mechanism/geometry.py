@@ -11,6 +11,8 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tolmc.mechanism.checks import plain_array
+
 _Array = NDArray[np.float64]
 
 
@@ -18,7 +20,9 @@ def _checked(
     bearing_radius: ArrayLike, journal_radius: ArrayLike, half_length: ArrayLike
 ) -> tuple[_Array, _Array, _Array]:
     R, r, L = np.broadcast_arrays(
-        np.asarray(bearing_radius, float), np.asarray(journal_radius, float), np.asarray(half_length, float)
+        plain_array("bearing_radius", bearing_radius),
+        plain_array("journal_radius", journal_radius),
+        plain_array("half_length", half_length),
     )
     valid = np.isfinite(R) & np.isfinite(r) & np.isfinite(L) & (r > 0) & (r < R) & (L > 0)
     if not np.all(valid):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tolmc.mechanism import geometry
-from tolmc.mechanism.checks import finite_number, finite_vector, set_frozen
+from tolmc.mechanism.checks import finite_number, finite_vector, plain_array, set_frozen
 from tolmc.mechanism.operating import Operating, closing_sentence, operating_dimensions
 from tolmc.quantities import JOINT, OPERATING, SCALARS, START
 
@@ -76,10 +76,7 @@ class Joint:
 
 
 def _inertia(value: ArrayLike) -> np.ndarray:
-    try:
-        inertia = np.array(value, float)
-    except (TypeError, ValueError):
-        raise TypeError(f"Body: inertia must be 3 numbers or a 3x3 matrix in kg m^2, got {value!r}.") from None
+    inertia = plain_array("Body: inertia (3 numbers or a 3x3 matrix, kg m^2)", value).copy()
     if inertia.shape == (3,):
         inertia = np.diag(inertia)
     if inertia.shape != (3, 3):

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from tolmc.mechanism.checks import choice
+from tolmc.mechanism.checks import choice, plain_array
 from tolmc.mechanism.scene import Scene
 from tolmc.quantities import ON_CONTACT_LOSS, SCALARS
 from tolmc.simulation.block import block_columns
@@ -158,10 +158,7 @@ def _sample_columns(columns: Mapping[str, object]) -> tuple[dict[str, np.ndarray
     arrays = {}
     for name, column in columns.items():
         choice("parameters", name, SCALARS)
-        try:
-            arrays[name] = np.asarray(column, float)
-        except (TypeError, ValueError):
-            raise TypeError(f"simulate_many: {name} must be an array of numbers in SI units, got {column!r}.") from None
+        arrays[name] = plain_array(f"simulate_many: {name}", column)
     try:
         shape = np.broadcast_shapes(*(a.shape for a in arrays.values()))
     except ValueError:

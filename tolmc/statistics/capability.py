@@ -24,6 +24,9 @@ from tolmc.statistics.rows import Rows
 from tolmc.statistics.summary import as_columns, summarise_requirements
 from tolmc.tolerances.unit_cube import lot_numbers
 
+#: Standard deviation, as a share of the mean and the limits, that rounding alone leaves of an output that does not vary.
+_ROUNDING = 1e-10
+
 
 def ppm_from_cpk(cpk: ArrayLike, *, sides: int = 2):
     """Parts per million out of limits for a normal output: 1e6 sides Phi(-3 Cpk); ``sides`` = 2: centred."""
@@ -58,7 +61,8 @@ def capability(
         counted as out and the interval reaching to where they are in; ``Cp``, ``Cpk``, ``Pp``, ``Ppk`` over
         the other samples (NaN where a limit is missing that the index needs, or nothing varies). Their
         intervals hold for outputs that are not normal. ``ppm_if_normal``: what Ppk and its other side promise
-        for a normal output; far from ``ppm``, the indices mislead.
+        for a normal output; far from ``ppm``, the indices mislead. ``is_constant``: the output does not vary
+        beyond rounding, so that it has no indices.
     """
     rows = Rows(sampling, confidence, lot_size)
     shares = summarise_requirements(
@@ -84,11 +88,15 @@ def _indices(seen: Observations, low: float, high: float) -> dict[str, float]:
     overall = seen.deviations
     within = overall if seen.rows.lot_size == 1 else _deviations_within_lots(seen)
     columns: dict[str, Any] = {}
+    scale = np.nanmax(np.abs([seen.mean_value, low, high, 0.0]))
     for names, deviations in ((("Cp", "Cpk"), within), (("Pp", "Ppk"), overall)):
         sd, relative = _spread(seen, deviations, lots=deviations is not overall)
+        if sd <= _ROUNDING * scale:
+            sd = 0.0
         columns |= as_columns(names[0], _two_sided_index(seen, low, high, sd, relative))
         columns |= as_columns(names[1], _nearest_index(seen, low, high, sd, relative))
     margins = [m for m in (high - seen.mean_value, seen.mean_value - low) if not math.isnan(m)]
+    columns["is_constant"] = seen.count > 1 and sd == 0
     columns["ppm_if_normal"] = sum(float(ppm_from_cpk(m / (3 * sd), sides=1)) for m in margins) if sd else math.nan
     return columns
 

@@ -97,7 +97,8 @@ def _count_out(counted: pd.Series) -> str:
 
 def capability_table(capability: pd.DataFrame, intervals: Mapping[str, ToleranceInterval]) -> Table:
     """Capability indices and tolerance intervals (``intervals``: low, high by output, SI)."""
-    found = capability.loc[list(intervals)].dropna(subset="ppm_if_normal")
+    found = capability.loc[list(intervals)]
+    found = found[found["ppm_if_normal"].notna() | found["is_constant"].eq(True)]
     ends = pd.DataFrame(intervals, index=["tolerance_interval_low", "tolerance_interval_high"]).T
     return Table(
         "capability",
@@ -114,6 +115,9 @@ def capability_table(capability: pd.DataFrame, intervals: Mapping[str, Tolerance
 
 def _capability_rows(found: pd.DataFrame, intervals: Mapping[str, ToleranceInterval]) -> Iterator[tuple[Cell, ...]]:
     for name, row in found.iterrows():
+        if row["is_constant"]:
+            yield cells(quantities.label(name), "does not vary", *[""] * 4, Number(row["ppm"], 3), "")
+            continue
         low, high = (quantities.shown(name)[1] * end for end in intervals[name])
         yield cells(
             quantities.label(name),

@@ -12,6 +12,7 @@ from tolmc import quantities
 from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.mechanism.geometry import tilt_angle
 from tolmc.mechanism.scene import Scene
+from tolmc.study.slips import slips
 from tolmc.study.study import Study
 from tolmc.tables.dimensions import dimensions_table
 from tolmc.tables.table import Column, Note, Table, cells
@@ -145,6 +146,7 @@ def notes(study: Study) -> Iterator[str]:
     """What the author of a study should know before a run."""
     if note := interference_note(study.tolerances, study.scene.scalars):
         yield note[0].upper() + note[1:]
+    yield from slips(study)
     if not study.tolerances.varied:
         yield "No dimension varies: all samples will be equal. Give one a tolerance."
     if not study.specification:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tolmc.mechanism.checks import finite_number
+from tolmc.mechanism.checks import finite_number, plain_array
 
 Pairs = Mapping[tuple[str, str], float]
 
@@ -56,7 +56,7 @@ def _from_pairs(names: tuple[str, ...], pairs: Pairs) -> np.ndarray:
 
 
 def _from_array(names: tuple[str, ...], values: ArrayLike) -> np.ndarray:
-    matrix = np.array(values, float)
+    matrix = plain_array("Tolerances: correlation", values)
     if matrix.shape != (len(names), len(names)):
         raise ValueError(
             f"Tolerances: correlation has the shape {matrix.shape}; allowed: ({len(names)}, {len(names)}), "

@@ -18,7 +18,7 @@ from typing import cast
 import numpy as np
 from scipy import interpolate, special, stats
 
-from tolmc.mechanism.checks import finite_number, set_frozen
+from tolmc.mechanism.checks import finite_number, plain_array, set_frozen
 from tolmc.tolerances.csv_column import read_column
 
 
@@ -343,7 +343,7 @@ class Measured(Distribution):
     stands_alone = True
 
     def __post_init__(self) -> None:
-        values = np.sort(np.array(self.values, float).ravel())
+        values = np.sort(plain_array("Measured: values", self.values).ravel())
         if not np.all(np.isfinite(values)) or len(values) < 2 or values[0] == values[-1]:
             raise ValueError(
                 f"Measured: {len(values)} values, {np.isfinite(values).sum()} of them finite; allowed: "

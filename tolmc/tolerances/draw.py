@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy import special
 
+from tolmc.mechanism.checks import plain_array
 from tolmc.tolerances import unit_cube as _sampling
 from tolmc.tolerances.correlation import combine
 from tolmc.tolerances.dimension import Tolerances
@@ -105,7 +106,7 @@ def lot_numbers(tolerances: Tolerances, count: int, *, sampling: str, start: int
 
 
 def _coordinates(tolerances: Tolerances, values) -> np.ndarray:
-    values = np.asarray(values, float)
+    values = plain_array("Tolerances: coordinates", values)
     columns = len(tolerances.varied)
     if values.ndim != 2 or values.shape[1] != columns:
         raise ValueError(
