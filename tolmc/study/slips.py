@@ -45,19 +45,16 @@ def _bare_numbers(content: dict[str, Any]) -> Iterator[tuple[str, str, float]]:
     for section, table in sections.items():
         for field, entry in table.items():
             if not isinstance(entry, dict):
-                values = entry if isinstance(entry, list) else [entry]
                 name = f"{field}_x" if quantities.is_known(f"{field}_x") else field
-                yield from _numbers(place(section, field), name, values)
+                yield from _numbers(place(section, field), name, entry)
             elif quantities.is_known(field):
                 for key in ("nominal", "tolerance", "lower", "upper", "mode", "mean", "min", "max"):
-                    values = entry.get(key)
-                    yield from _numbers(
-                        place(section, field, key), field, values if isinstance(values, list) else [values]
-                    )
+                    yield from _numbers(place(section, field, key), field, entry.get(key))
             elif field == "solid_cylinder":
                 yield from _numbers(place(section, field), "half_length", list(entry.values()))
 
 
-def _numbers(where: str, name: str, values: list[Any]) -> Iterator[tuple[str, str, float]]:
+def _numbers(where: str, name: str, written: object) -> Iterator[tuple[str, str, float]]:
+    values = written if isinstance(written, list) else [written]
     if quantities.is_known(name):
         yield from ((where, name, float(v)) for v in values if isinstance(v, int | float) and not isinstance(v, bool))
