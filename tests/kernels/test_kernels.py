@@ -1,6 +1,5 @@
 """The compiled code itself: packed instructions, a cache that is never stale, and the Runge-Kutta formulas."""
 
-import inspect
 import math
 import platform
 import re
@@ -18,30 +17,26 @@ import pytest
 from scipy.integrate._ivp import dop853_coefficients as dop853
 
 import tolmc.kernels
-from tolmc.kernels import ensemble, jit, tableaux
+from tolmc.kernels import engine, jit, tableaux
+from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE, MOTION_ALONE, TABLEAUX
 
 SOURCES = Path(tolmc.kernels.__file__).parent
-FLAGS = ("general", "axial", "exact", "rk4", "load", "forces")
+compiled_only = pytest.mark.skipif(bool(nb.config.DISABLE_JIT), reason="looks at compiled code")
 every_tableau = pytest.mark.parametrize("tableau", [*TABLEAUX.values(), MOTION_ALONE], ids=[*TABLEAUX, "motion alone"])
 
 
 # Packed instructions
 
 
-def step_instructions(present):
+def step_instructions(formulation, method, load, forces):
     """How often each kind of arithmetic instruction stands in the machine code of a step, packed and scalar.
 
-    The step is compiled afresh with the flags ``present``: Numba shows no code that comes from its cache.
+    The step is compiled afresh: Numba shows no code that comes from its cache.
     """
-    motion_alone = not {"general", "rk4", "forces"} & set(present)
-    step = (ensemble._motion_step if motion_alone else ensemble._step).py_func
-    types = [
-        (nb.int64 if name in present else nb.none) if name in FLAGS else nb.float64[::1]
-        for name in inspect.signature(step).parameters
-    ]
-    compiled = nb.njit(**jit._OPTIONS)(step)
-    compiled.compile(tuple(types))
+    stepper, _ = engine.stepper_of(formulation, method, load, forces)
+    compiled = nb.njit(**jit._OPTIONS)(stepper.step.py_func)
+    compiled.compile((nb.float64[::1],) * 5 + (nb.boolean,))
     (code,) = compiled.inspect_asm().values()
     counts = Counter()
     for name, form, register in re.findall(r"^\s+v(fn?m\w+?|div|sqrt|mul)(pd|sd)\s.*?%([xyz]mm)", code, re.MULTILINE):
@@ -50,30 +45,27 @@ def step_instructions(present):
     return counts
 
 
+@compiled_only
 @pytest.mark.skipif(
     platform.machine() not in ("x86_64", "AMD64") or not llvm.get_host_cpu_features().get("avx2"),
     reason="counts the vector instructions of x86-64 with AVX2 or more",
 )
 @pytest.mark.parametrize(
-    "present",
+    ("formulation", "method", "load", "forces"),
     [
-        ("load", "forces"),
-        ("load",),
-        pytest.param((), marks=pytest.mark.slow),
-        pytest.param(("axial", "load"), marks=pytest.mark.slow),
-        pytest.param(("exact", "load"), marks=pytest.mark.slow),
-        pytest.param(("general", "load"), marks=pytest.mark.slow),
-        pytest.param(("axial", "load", "forces"), marks=pytest.mark.slow),
-        pytest.param(("exact", "load", "forces"), marks=pytest.mark.slow),
-        pytest.param(("general", "load", "forces"), marks=pytest.mark.slow),
-        pytest.param(("exact", "general", "load", "forces"), marks=pytest.mark.slow),
-        pytest.param(("rk4", "load", "forces"), marks=pytest.mark.slow),
+        ("slope_symmetric", "rk8", True, True),
+        ("slope_symmetric", engine.MOTION_ALONE, True, False),
+        pytest.param("slope_symmetric", engine.MOTION_ALONE, False, False, marks=pytest.mark.slow),
+        pytest.param("slope_axial", engine.MOTION_ALONE, True, False, marks=pytest.mark.slow),
+        pytest.param("exact_symmetric", engine.MOTION_ALONE, True, False, marks=pytest.mark.slow),
+        pytest.param("slope_general", "rk8", True, False, marks=pytest.mark.slow),
+        *(pytest.param(name, "rk8", True, True, marks=pytest.mark.slow) for name in FORMULATIONS if name != "slope_symmetric"),
+        pytest.param("slope_symmetric", "rk4", True, True, marks=pytest.mark.slow),
     ],
-    ids=" ".join,
 )  # fmt: skip
-def test_the_loops_over_lanes_are_packed(present):
+def test_the_loops_over_lanes_are_packed(formulation, method, load, forces):
     """Every packed loop keeps one scalar copy, for arrays that overlap; where there is only that one, lanes are not packed."""
-    counts = step_instructions(present)
+    counts = step_instructions(formulation, method, load, forces)
     for name, share in (("div", 1.0), ("sqrt", 1.0), ("mul", 0.7), ("multiply-add", 0.9)):
         assert counts[name, True] > 0, name
         assert counts[name, True] >= share * counts[name, False], (name, counts)
@@ -118,6 +110,7 @@ def test_nothing_is_kept_beside_installed_sources(monkeypatch, tmp_path):
     assert jit.cache_directory().parent == tmp_path / "cache" / "tolmc"
 
 
+@compiled_only
 @pytest.mark.slow
 def test_an_edit_of_a_helper_reaches_its_callers(tmp_path):
     """A package with a helper in one file and an entry point in another, compiled, cached, edited, run again."""

@@ -6,9 +6,12 @@ import hashlib
 import os
 import stat
 import tempfile
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import cache, wraps
 from pathlib import Path
+from types import FunctionType
 
 import numba as nb
 
@@ -83,12 +86,15 @@ _CACHE = cache_directory()
 #: A scalar function that is inlined into the lane loops that call it.
 device = nb.njit(forceinline=True, **_OPTIONS)
 
+#: The same for functions that compiled code alone calls: what Python would need to call them is not compiled.
+piece = nb.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)
+
 #: A scalar function or loop that its callers take over before they are compiled: not compiled itself, which many small ones
 #: would be for nothing.
 inlined = nb.njit(inline="always", **_OPTIONS)
 
-#: A function of its own within a kernel: compiled once however often it is called.
-routine = nb.njit(**_OPTIONS)
+#: A function of its own within a kernel: compiled once however often it is called; compiled code alone calls it.
+routine = nb.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)
 
 
 def kernel(function):
@@ -101,3 +107,27 @@ def kernel(function):
         return nb.njit(cache=True, **_OPTIONS)(function)
     finally:
         nb.config.CACHE_DIR = previous
+
+
+def once(build: Callable) -> Callable:
+    """A function that makes its result once for each choice of arguments, also when threads ask at the same time."""
+    made, lock = cache(build), threading.RLock()
+
+    @wraps(build)
+    def build_once(*choice, **choices):
+        with lock:
+            return made(*choice, **choices)
+
+    return build_once
+
+
+def entry(template: Callable, name: str, **parts):
+    """A :func:`kernel` named ``name``: the function ``template`` with ``parts`` in place of its module's names.
+
+    Numba's cache knows an entry by its name, its bytecode and the contents of its closure. Compiled functions in a closure
+    would look different in every process; global names it does not look at, and what stands behind them is sources alone,
+    whose hash the cache's place carries.
+    """
+    function = FunctionType(template.__code__, {**template.__globals__, **parts}, name)
+    function.__qualname__, function.__module__ = name, template.__module__
+    return kernel(function)

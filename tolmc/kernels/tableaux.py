@@ -15,7 +15,7 @@ from tolmc.kernels.jit import inlined
 RK4, RK8 = 0, 1  # codes of the methods inside kernels
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tableau:
     """An explicit method: y1 = y0 + h sum b_i k_i, k_i = f(y0 + h sum_{j<i} a_ij k_j).
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from tolmc import quantities
 from tolmc.kernels import parameters as P
+from tolmc.kernels import results as R
 from tolmc.mechanism import geometry
 from tolmc.mechanism.scene import Scene
-from tolmc.simulation import results as R
 from tolmc.simulation.integration import integrate
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, judged
 from tolmc.simulation.outputs import ROWS, integrates, lacking, wants_forces

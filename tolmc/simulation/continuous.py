@@ -2,7 +2,7 @@
 
 In each step a polynomial runs through the step's two ends and the Gauss-Legendre points between them; integrals are
 Gauss's, extrema and roots the polynomial's. Used where a motion is recorded step by step (the published formulations);
-ensembles in slope coordinates have their own, packed, in kernels/ensemble.py.
+ensembles in slope coordinates have their own, packed, in kernels/watchers.
 """
 
 from __future__ import annotations

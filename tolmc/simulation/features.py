@@ -23,9 +23,10 @@ class Features:
     operating: bool = False
 
     @property
-    def model(self) -> tuple[int | None, int | None, int | None]:
-        """general, axial, exact as the kernels' specialising arguments."""
-        return 1 if self.general else None, 1 if self.axial else None, 1 if self.exact else None
+    def formulation(self) -> str:
+        """Name of the equations of motion in :data:`tolmc.kernels.formulations.FORMULATIONS`."""
+        section, body = "exact" if self.exact else "slope", "general" if self.general else "symmetric"
+        return "slope_axial" if self.axial else f"{section}_{body}"
 
 
 _UNSYMMETRIC = {

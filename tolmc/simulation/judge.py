@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from tolmc.kernels import parameters as P
+from tolmc.kernels import results as R
 from tolmc.quantities import CHECKS
-from tolmc.simulation import results as R
 from tolmc.simulation.outputs import ROWS, present
 from tolmc.simulation.plan import Plan
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tolmc import quantities
+from tolmc.kernels import results as R
 from tolmc.mechanism.checks import choice
-from tolmc.simulation import results as R
 from tolmc.simulation.plan import Plan
 
 #: Row of the kernels' results that holds an output.

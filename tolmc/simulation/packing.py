@@ -8,10 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from tolmc.kernels import parameters as P
+from tolmc.kernels import results as R
 from tolmc.mechanism import geometry
 from tolmc.mechanism.operating import operating_dimensions
 from tolmc.quantities import SCALAR_ROWS
-from tolmc.simulation import results as R
 from tolmc.simulation.judge import BODY_INVALID, GEOMETRY_INVALID
 
 #: Rows that hold a scalar as it is; the joint's hold what operating conditions make of its dimensions.

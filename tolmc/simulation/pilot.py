@@ -10,11 +10,11 @@ from itertools import product
 import numpy as np
 
 from tolmc.kernels import parameters as P
+from tolmc.kernels import results as R
 from tolmc.kernels.tableaux import TABLEAUX
 from tolmc.mechanism.checks import choice, positive_number
 from tolmc.mechanism.scene import Scene
 from tolmc.quantities import ON_CONTACT_LOSS, SCALARS
-from tolmc.simulation import results as R
 from tolmc.simulation.features import features_of
 from tolmc.simulation.integration import integrate
 from tolmc.simulation.judge import difference

@@ -10,8 +10,8 @@ import numpy as np
 
 from tolmc.kernels import parameters as P
 from tolmc.kernels import published
+from tolmc.kernels import results as R
 from tolmc.kernels.tableaux import TABLEAUX
-from tolmc.simulation import results as R
 from tolmc.simulation.judge import SINGULAR_PSI, SINGULAR_THETA, SINGULAR_TILT
 from tolmc.simulation.plan import Plan
 

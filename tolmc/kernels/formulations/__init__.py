@@ -1,1 +1,35 @@
-"""Equations of motion, a file a formulation."""
+"""Equations of motion, a module a formulation.
+
+A formulation has, with SI units at its borders and every array flat, (row, lane) with ``width`` lanes:
+
+``STATE``, ``COEFFICIENTS``
+    Rows of the state y and of the coefficients coef.
+``TORQUE``
+    Whether its loads may have a torque, whose work the energy balance then includes.
+``prepare(raw, i, coef, lane, width)``, ``start(raw, i, y, coef, lane, width)``
+    Coefficients and state at t = 0 of a lane from column i of the parameters.
+``advance(y, coef, h, k, first, lane, width, with_load)``
+    h y' into ``k[first:]``; returns N_D, N_E, |w|^2 and the power of the torque.
+``project(y, coef, lane, width)``
+    Puts the state back on its constraints; returns the relative error left.
+``momentum(y, coef, lane, width)``
+    Angular momentum about Z (kg m^2/s) less its constant part, that of a unit turn about Z (kg m^2), the constant part.
+``scale_speeds(y, factor, lane, width)``
+    Multiplies the speeds by ``factor``.
+``observe(y, coef, lane, width, with_load)``
+    (O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2).
+
+What is listed in :data:`FORMULATIONS` is tested (order, energy, drift, twin, bits in any lane) and can be integrated.
+"""
+
+from __future__ import annotations
+
+from tolmc.kernels.formulations import exact_general, exact_symmetric, slope_axial, slope_general, slope_symmetric
+
+FORMULATIONS = {
+    "slope_symmetric": slope_symmetric,
+    "slope_axial": slope_axial,
+    "slope_general": slope_general,
+    "exact_symmetric": exact_symmetric,
+    "exact_general": exact_general,
+}

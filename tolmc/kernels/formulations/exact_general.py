@@ -14,6 +14,7 @@ from tolmc.kernels.jit import device
 
 STATE = section.STATE + 3
 COEFFICIENTS = 26
+TORQUE = True
 
 (
     _CLEARANCE, _JOURNAL, _LENGTH, _FORCE, _ENERGY,
@@ -43,7 +44,7 @@ def prepare(raw, i, coef, lane, width):
 
 
 @device
-def start(raw, i, y, lane, width):
+def start(raw, i, y, coef, lane, width):
     """State at t = 0 from the polar angles, their rates, the spin and its rate."""
     length, journal = raw[P.HALF_LENGTH, i], raw[P.JOURNAL_RADIUS, i]
     state = section.start(

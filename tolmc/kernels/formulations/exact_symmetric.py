@@ -11,6 +11,7 @@ from tolmc.kernels.jit import device
 
 STATE = section.STATE
 COEFFICIENTS = 13
+TORQUE = False
 
 _CLEARANCE, _JOURNAL, _Z, _INERTIA, _GYRO, _FX, _FY, _GX, _GY, _GZ, _LENGTH, _FORCE, _ENERGY = range(COEFFICIENTS)
 
@@ -38,7 +39,7 @@ def prepare(raw, i, coef, lane, width):
 
 
 @device
-def start(raw, i, y, lane, width):
+def start(raw, i, y, coef, lane, width):
     """State at t = 0 from the polar angles and their rates."""
     length, journal = raw[P.HALF_LENGTH, i], raw[P.JOURNAL_RADIUS, i]
     state = section.start(

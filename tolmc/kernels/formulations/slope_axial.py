@@ -14,6 +14,7 @@ from tolmc.kernels.jit import device
 
 STATE = 4  # cos(delta), sin(delta), P_s, P_d
 COEFFICIENTS = slope_symmetric.COEFFICIENTS
+TORQUE = False
 
 prepare = slope_symmetric.prepare
 

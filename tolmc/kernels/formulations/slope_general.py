@@ -19,6 +19,7 @@ from tolmc.kernels.jit import device
 
 STATE = 9  # D_x, D_y, E_x, E_y, a, b, cos chi, sin chi, Omega
 COEFFICIENTS = 26
+TORQUE = True
 
 (
     _R2, _INVERSE_R, _L, _INVERSE_RL, _MASS,
@@ -48,7 +49,7 @@ def prepare(raw, i, coef, lane, width):
 
 
 @device
-def start(raw, i, y, lane, width):
+def start(raw, i, y, coef, lane, width):
     """State at t = 0 from the polar angles, their rates, the spin and its rate."""
     r, alpha, beta = raw[P.RADIUS, i], raw[P.ALPHA, i], raw[P.BETA, i]
     y[lane] = r * math.cos(alpha)

@@ -31,6 +31,7 @@ from tolmc.kernels.jit import device
 
 STATE = 6  # o_x, o_y, w_x, w_y, P_s, P_d
 COEFFICIENTS = 16
+TORQUE = False
 
 # Rows of the coefficients: kappa, 2 kappa, B, Z, kappa Z, Gamma, F/(m r), G_x/(m r L), G_z/(m r^2), m r/2, m r^2, r, and
 # the cosine and sine of the turn of the axes.

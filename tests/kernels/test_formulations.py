@@ -1,0 +1,133 @@
+"""Every formulation of the registry, by being listed: order, energy, drift, the NumPy twin, and bits alone and in any block.
+
+The cases are small, so that they also run without compilation (``NUMBA_DISABLE_JIT=1``).
+"""
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import LOADED, PAPER_JOINT, SYMMETRIC
+from twins import section_twin, slope_twin
+
+from tolmc import Joint, Loads
+from tolmc.kernels import engine
+from tolmc.kernels import results as R
+from tolmc.kernels.formulations import FORMULATIONS
+from tolmc.kernels.lanes import WIDTH
+from tolmc.simulation.features import features_of
+from tolmc.simulation.packing import pack
+
+EXACT = Joint(PAPER_JOINT.bearing_radius, PAPER_JOINT.journal_radius, PAPER_JOINT.half_length, "exact")
+#: A scene for each formulation that the choice by features leads to it.
+SCENES = {
+    "slope_symmetric": SYMMETRIC,
+    "slope_axial": replace(SYMMETRIC, loads=Loads((0, 0, -9.81))),
+    "slope_general": LOADED,
+    "exact_symmetric": replace(SYMMETRIC, joint=EXACT),
+    "exact_general": replace(LOADED, joint=EXACT),
+}
+every_formulation = pytest.mark.parametrize("name", FORMULATIONS)
+
+
+def integrated(name, raw, steps, duration, *, method="rk8", forces=True, momentum=False, project_energy=False):
+    """Results of every column of ``raw``."""
+    n = raw.shape[1]
+    out = np.full((R.RESULTS, n), np.nan)
+    kernel = engine.build(name, method, load=True, forces=forces, momentum=momentum)
+    hints = np.full(n, -1), np.zeros(n), np.full(n, -1)
+    kernel(np.ascontiguousarray(raw), steps, duration, R.CONTINUE, project_energy, *hints, out)
+    return out
+
+
+def observed(name, scene, steps, method="rk8"):
+    """What is observed at the ends of all steps, (11, steps + 1)."""
+    equations, (raw, _) = FORMULATIONS[name], pack(scene.scalars, 1)
+    states, coef = np.empty((steps + 1, equations.STATE)), np.empty(equations.COEFFICIENTS * WIDTH)
+    engine.build_trace(name, method, load=True)(raw, steps, scene.duration, False, states, coef)
+    out = np.empty((11, steps + 1))
+    engine.build_observe(name, load=True)(states, coef, out)
+    return out
+
+
+@every_formulation
+def test_a_scene_leads_to_each_formulation(name):
+    assert features_of(SCENES[name], set(), pose=False).formulation == name
+
+
+@every_formulation
+@pytest.mark.parametrize(("method", "order", "steps", "allowed"), [("rk8", 8, 3, 0.6), ("rk4", 4, 12, 0.3)])
+def test_order(name, method, order, steps, allowed):
+    """The error of the pose, of the energies and of the contact forces at the end, by halving the step twice."""
+    scene = replace(SCENES[name], duration=0.1)
+    coarse, fine, finer = (observed(name, scene, n * steps, method)[:, -1] for n in (1, 2, 8))
+    scale = np.abs(finer)
+    scale[scale == 0] = 1.0
+    errors = [np.sqrt(np.mean(((a - finer) / scale) ** 2)) for a in (coarse, fine)]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=allowed * 2)
+
+
+@every_formulation
+@pytest.mark.parametrize("method", engine.METHODS)
+def test_energy_and_drift(name, method):
+    """The balance of energy within the method's error, over three times as long no more than ten times that; none projected."""
+    raw, _ = pack(SCENES[name].scalars, 1)
+    steps = {"rk8": 10, "rk4": 60}[method]
+    short = integrated(name, raw, steps, 0.1, method=method)[:, 0]
+    long = integrated(name, raw, 3 * steps, 0.3, method=method)[:, 0]
+    assert short[R.ENERGY_ERROR] < 1e-6
+    assert long[R.ENERGY_ERROR] < 1e-5
+    assert max(short[R.CONSTRAINT_ERROR], long[R.CONSTRAINT_ERROR]) < 1e-12
+    projected = integrated(name, raw, steps, 0.1, method=method, project_energy=True)[:, 0]
+    assert projected[R.ENERGY_ERROR] < 1e-12
+    assert 0 <= projected[R.ENERGY_CORRECTION] < 1e-6
+
+
+@every_formulation
+def test_contact_forces_and_energy_of_the_twin(name):
+    """At the start, where the twin needs no integration."""
+    scene, scalars = SCENES[name], SCENES[name].scalars
+    k = slope_twin.Mechanism.from_scalars(scalars)
+    _, _, _, _, n_d, n_e, _, _, kinetic, potential, _ = observed(name, scene, 1)[:, 0]
+    if scene.joint.section == "exact":
+        bearing = section_twin.Bearing(*(scalars[key] for key in ("bearing_radius", "journal_radius", "half_length")))
+        body = section_twin.Body(k.mass, k.center, k.inertia, k.gravity, k.force, k.force_point, k.torque)
+        pose = section_twin.start(bearing, *(scalars[key] for key in ("alpha", "beta", "alpha_rate", "beta_rate")))
+        spin = scalars["spin"], scalars["spin_rate"]
+        _, expected = section_twin.accelerations(bearing, body, *pose, *spin)
+        energy = section_twin.energy(bearing, body, *pose, *spin)
+    else:
+        twin = slope_twin.integrate(scalars, np.array([0.0, 1e-3]))
+        expected, energy = twin.contact_force[0], twin.energy[0]
+    if not FORMULATIONS[name].TORQUE:  # a symmetric body's constant spin energy is left out
+        energy -= 0.5 * scalars["inertia_zz"] * scalars["spin_rate"] ** 2
+    np.testing.assert_allclose([n_d, n_e], expected, rtol=1e-10)
+    assert kinetic + potential == pytest.approx(energy, rel=1e-10)
+
+
+@every_formulation
+@pytest.mark.parametrize("method", [*engine.METHODS, engine.MOTION_ALONE])
+def test_a_lane_does_not_see_its_neighbours(name, method):
+    """Bit for bit: a column alone, in a full block, and at another place of another block."""
+    forces = method != engine.MOTION_ALONE
+    n, steps = WIDTH + 2, 3
+    scene = SCENES[name]
+    large = scene.joint.bearing_radius * (1 + 0.05 * np.random.default_rng(3).uniform(-1, 1, n))
+    raw, _ = pack({**scene.scalars, "bearing_radius": large}, n)
+    whole = integrated(name, raw, steps, 0.03, method=method, forces=forces)
+    turned = integrated(name, raw[:, ::-1], steps, 0.03, method=method, forces=forces)[:, ::-1]
+    alone = integrated(name, raw[:, 1:2], steps, 0.03, method=method, forces=forces)
+    np.testing.assert_array_equal(whole, turned)
+    np.testing.assert_array_equal(whole[:, 1:2], alone)
+
+
+@pytest.mark.slow
+def test_the_formulations_run_without_compilation():
+    """In a process of its own, as Numba asks when it is imported."""
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-x", __file__, "-m", "not slow"]
+    answer = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert answer.returncode == 0, answer.stdout[-2000:]

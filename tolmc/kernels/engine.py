@@ -1,0 +1,123 @@
+"""Kernels: equations of motion, a stepper and watchers composed into one loop over blocks of lanes.
+
+:func:`build` composes by closures over device functions: over sources only, never over values of a run. What it returns is an
+entry that closes over nothing (:func:`tolmc.kernels.jit.entry`), so that its compiled code is found again by other processes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import cast
+
+import numpy as np
+
+from tolmc.kernels import jit, loops
+from tolmc.kernels.formulations import FORMULATIONS
+from tolmc.kernels.lanes import Layout, observer
+from tolmc.kernels.steppers import Stepper, fused, stages
+from tolmc.kernels.system import System
+from tolmc.kernels.watchers import Watcher, contact_loss, energy, extrema, in_order, invariants, pose
+
+METHODS = {"rk8": stages.RK8, "rk4": stages.RK4}
+#: The formula of the motion alone, in place of a method.
+MOTION_ALONE = "motion alone"
+
+
+@jit.once
+def stepper_of(formulation: str, method: str, load: bool, forces: bool) -> tuple[Stepper, Layout]:
+    """A stepper and the layout of its rows: one for all kernels, which so share its compilation."""
+    equations, layout = FORMULATIONS[formulation], Layout()
+    if method == MOTION_ALONE:
+        return fused.build(equations, _plain(load), layout), layout
+    return stages.build(METHODS[method], equations, _plain(load), forces, layout), layout
+
+
+@jit.once
+def build(formulation: str, method: str, *, load: bool, forces: bool, momentum: bool) -> Callable:
+    """Entry ``integrate(raw, steps, duration, on_loss, project_energy, force_step, force_at, ignore_step, out)``.
+
+    It integrates every column of ``raw`` over ``duration`` (s) in ``steps`` equal steps and writes its results to ``out``;
+    the arguments are those of :class:`tolmc.kernels.lanes.Run`.
+
+    Parameters
+    ----------
+    formulation : name in :data:`FORMULATIONS`
+    method : name in :data:`METHODS`, or :data:`MOTION_ALONE`
+    load : whether there is any load
+    forces : whether contact forces, largest tilt and loss of contact are wanted
+    momentum : whether the angular momentum about Z is conserved
+    """
+    system = _system(formulation, method, load, forces)
+    watchers = _watchers(system, forces, momentum)
+    return jit.entry(
+        loops.integrate,
+        _name("integrate", formulation, method, load=load, forces=forces, momentum=momentum),
+        begin=in_order([watcher.begin for watcher in watchers]),
+        look=in_order([watcher.look for watcher in watchers]),
+        finish=in_order([watcher.finish for watcher in watchers]),
+        **_parts(system),
+    )
+
+
+@jit.once
+def build_trace(formulation: str, method: str, *, load: bool) -> Callable:
+    """Entry ``trace(raw, steps, duration, on_energy, states, coef)``: the states at the ends of all steps.
+
+    ``states`` (steps + 1, STATE) of the motion of column 0 of ``raw``, ``coef`` its coefficients; with ``on_energy`` every step
+    is projected on the energy. The step is the one that the statistics take: a trajectory is bitwise what a sample with
+    contact forces is.
+    """
+    system = _system(formulation, method, load, forces=True)
+    target_rows, correction_rows = system.layout.block(1), system.layout.block(1)
+    return jit.entry(
+        loops.trace, _name("trace", formulation, method, load=load),
+        project_energy=energy.projection(system.equations, system.load),
+        target_rows=target_rows, correction_rows=correction_rows, **_parts(system),
+    )  # fmt: skip
+
+
+@jit.once
+def build_observe(formulation: str, *, load: bool) -> Callable:
+    """Entry ``observe(states, coef, out)``: what the formulation observes in every row of ``states``, into ``out`` (11, rows).
+
+    ``coef`` is what the trace has prepared.
+    """
+    equations = FORMULATIONS[formulation]
+    name = _name("observe", formulation, load=load)
+    return jit.entry(loops.observe, name, observe_lane=observer(equations, _plain(load)), state=equations.STATE)
+
+
+def _system(formulation: str, method: str, load: bool, forces: bool) -> System:
+    stepper, layout = stepper_of(formulation, method, load, forces)
+    return System.of(FORMULATIONS[formulation], _plain(load), stepper, layout.copy())
+
+
+def _plain(flag: bool) -> bool:
+    """The flag as no literal of Numba's: the equations are compiled once for both, and their arithmetic is one and the same."""
+    return cast(bool, np.bool_(flag))
+
+
+def _watchers(system: System, forces: bool, momentum: bool) -> list[Watcher]:
+    """The watchers of a kernel, in the order of their work."""
+    watchers = [contact_loss.watch(system), extrema.watch(system)] if forces else []
+    watchers += [energy.watch(system), invariants.constraints(system)]
+    watchers += [invariants.angular_momentum(system)] if momentum else []
+    return [*watchers, pose.watch(system)]
+
+
+def _parts(system: System) -> dict[str, object]:
+    """What the loops need of a system, once all its rows are given out."""
+    equations = system.equations
+    return {
+        "prepare": equations.prepare, "start": equations.start, "observe_lane": system.observe,
+        "state": equations.STATE, "torque": equations.TORQUE,
+        "step_once": system.stepper.step, "rows": system.layout.rows,
+        "y_rows": system.y, "end_rows": system.end, "coef_rows": system.coef, "h_rows": system.h,
+        "sum_rows": system.stepper.sums,
+        "open_forces": system.open_forces, "open_motion": system.open_motion, "bad_step": system.bad_step,
+    }  # fmt: skip
+
+
+def _name(*words: str, **present: bool) -> str:
+    """Name of an entry: one for each choice of its parts."""
+    return "_".join((*words, *(word for word, is_present in present.items() if is_present))).replace(" ", "_")

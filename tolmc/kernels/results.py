@@ -1,0 +1,24 @@
+"""Rows of the results (row, sample), a block a watcher, and the codes that stand in them."""
+
+from __future__ import annotations
+
+(
+    # extrema and means
+    D_MAX, D_MIN, D_MEAN, D_RMS, E_MAX, E_MIN, E_MEAN, E_RMS, TILT_MAX,
+    # contact loss
+    LOSS_TIME,
+    # energy; constraints
+    ENERGY_ERROR, CONSTRAINT_ERROR,
+    # the engine's own: how far a motion came
+    END_TIME, STATUS,
+    # pose at the end
+    ORIGIN_X, ORIGIN_Y, AXIS_X, AXIS_Y, AXIS_Z,
+    # contact loss: what a lane asks for when it must run once more
+    RERUN_FORCE, RERUN_AT, RERUN_IGNORE,
+    # invariants; energy; the last two are the caller's
+    MOMENTUM_ERROR, ENERGY_CORRECTION, SPIN_ERROR, HALVING_ERROR,
+) = range(26)  # fmt: skip
+RESULTS = 26
+
+OK, CONTACT_LOST, DIVERGED, RERUN = 0, 1, 2, 3  # codes in row STATUS
+STOP, CONTINUE, END = 0, 1, 2  # what a loss of contact does
