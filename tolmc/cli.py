@@ -209,6 +209,23 @@ def report(directory: Path) -> None:
 
 @main.command()
 @click.argument("study", type=_FILE)
+@click.option(
+    "--try", "tried", required=True, metavar="FITS", help="Such as 'H11/d11, H9/d9', or a range 'H11/a11-e11'."
+)
+@click.option("--samples", type=click.IntRange(min=1), help="Number of samples for each, in place of the study's.")
+@click.option("--csv", type=_FILE, help="File to write the table into, SI units.")
+def fits(study: Path, tried: str, samples: int | None, csv: Path | None) -> None:
+    """Compare fits of bore and journal for STUDY.
+
+    Runs STUDY with each fit on the same points: clearance, yield, the limited outputs and cost, side by side.
+    """
+    from tolmc.commands.fits import compare_fits
+
+    compare_fits(study, tried, samples=samples, csv=csv)
+
+
+@main.command()
+@click.argument("study", type=_FILE)
 @click.option("--out", type=_FILE, help="Directory to write into.  [default: runs/<study name>_allocation]")
 def allocate(study: Path, out: Path | None) -> None:
     """Find the cheapest tolerances that do for STUDY.

@@ -17,13 +17,14 @@ import tomli_w
 from tolmc import quantities
 from tolmc.errors import StudyError
 from tolmc.mechanism.scene import Scene
-from tolmc.quantities import MASS_AND_CENTER
+from tolmc.quantities import JOINT, MASS_AND_CENTER
 from tolmc.shown import Shown
 from tolmc.study.build import study_fields
 from tolmc.study.derived import Derived
 from tolmc.study.fields import Faults, validated
 from tolmc.study.sections import MonteCarloSection
 from tolmc.study.until import Until
+from tolmc.tolerances import fits
 from tolmc.tolerances.dimension import Tolerances
 
 __all__ = ["Study", "StudyError", "Until"]
@@ -185,6 +186,26 @@ class Study(Shown):
             derived[f"inertia_{'xyz'[i]}{'xyz'[j]}"] = growth * self.scene.body.centroidal_inertia[i, j] + shift
         rows = np.broadcast_shapes(*(np.shape(column) for column in columns.values()))
         return {**columns, **{name: np.broadcast_to(values, rows).copy() for name, values in derived.items()}}
+
+    def with_fit(self, designation: str) -> Study:
+        """The study with bore and journal in another ISO 286 fit, such as "40 H11/d11"; distributions keep their shape.
+
+        Raises
+        ------
+        ValueError
+            When the fit is none, or leaves no clearance between the middles of its zones.
+        """
+        fit = fits.fit(designation)
+        classes = dict(zip(JOINT, fit.toleranced_sizes, strict=False))
+        dimensions = [d.in_class(classes[d.name]) if d.name in classes else d for d in self.tolerances.dimensions]
+        nominal = {d.name: d.nominal for d in dimensions if d.name in classes}
+        if nominal["bearing_radius"] <= nominal["journal_radius"]:
+            low, high = (f"{1e3 * end:.4g}" for end in fit.clearance)
+            raise ValueError(
+                f"{designation} leaves a clearance of {low} to {high} mm on the diameter: nothing can tilt in it"
+            )
+        tolerances = replace(self.tolerances, dimensions=tuple(dimensions))
+        return replace(self, scene=self.scene.replaced(**nominal), tolerances=tolerances)
 
     def replaced(self, *, samples: int | None = None, seed: int | None = None, workers: int | None = None) -> Study:
         """The study with another number of samples, seed or number of workers; None keeps its own.

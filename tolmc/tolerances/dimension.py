@@ -8,7 +8,7 @@ tolerance consumes no coordinate and stays exactly at its nominal value.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from operator import index
 from typing import TYPE_CHECKING, Any, cast
@@ -219,6 +219,26 @@ class Dimension:
         The nominal is the middle of the limits: equal basic sizes of hole and shaft leave no clearance.
         """
         return cls.from_limits(name, *_class_limits(name, designation), toleranced_size=designation, **options)
+
+    def in_class(self, designation: str) -> Dimension:
+        """The dimension in another tolerance class, such as "40 H7"; its distribution keeps its shape.
+
+        Raises
+        ------
+        ValueError
+            When the class is none of this dimension, or its distribution has limits of its own (measured values).
+        """
+        if self.distribution.stands_alone:
+            raise ValueError(
+                f"{self._owner}: its distribution has limits of its own, which no tolerance class changes."
+            )
+        named = Dimension.from_tolerance_class(self.name, designation)
+        lots: dict[str, Any] = {"lot_sd": None, "lot_share": self.between_lots} if self.lot_sd is not None else {}
+        distribution = self.distribution.in_zone(self, named.lower, named.upper) if self.is_varied else Normal()
+        return replace(
+            self, nominal=named.nominal, lower=named.lower, upper=named.upper, distribution=distribution,
+            toleranced_size=designation, **lots,
+        )  # fmt: skip
 
     @classmethod
     def from_fit(cls, designation: str, **options: Any) -> tuple[Dimension, Dimension]:

@@ -327,6 +327,17 @@ def with_grade(designation: str, grade: int | str) -> str:
     return f"{size} {letter}{_grade(grade)}"
 
 
+def grade_of(designation: str) -> str:
+    """The grade of a toleranced size: "7" of "40 H7".
+
+    Raises
+    ------
+    ValueError
+        When the text is no toleranced size.
+    """
+    return _parts(designation)[2]
+
+
 def held_limit(designation: str) -> str:
     """The limit that the fundamental deviation holds when the grade changes: "lower", "upper", or "middle" (js, JS).
 

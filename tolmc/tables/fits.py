@@ -1,0 +1,58 @@
+"""Fits side by side: clearance, yield, peaks and cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pandas as pd
+
+from tolmc import quantities
+from tolmc.statistics.intervals import Estimate
+from tolmc.study.sections import TARGET_YIELD
+from tolmc.study.study import Study
+from tolmc.tables.table import Cell, Column, Estimated, Note, Number, Share, Table, cells, plain
+from tolmc.text.phrases import MET, STATISTICS, TONES, joined, judged, unit
+from tolmc.text.typeset import span
+
+
+def fits_blocks(study: Study, found: pd.DataFrame, *, samples: int) -> Iterator[Table | Note]:
+    """The fits, and which of them meet the study's target; ``found`` is from :func:`tolmc.runs.fits.try_fits`."""
+    target = study.target or TARGET_YIELD
+    peaks = [column for column in found if " q" in column and not column.endswith(("_low", "_high"))]
+    priced = bool(found["cost"].notna().any())
+    yields = {fit: Estimate(*(row[f"yield{end}"] for end in ("", "_low", "_high"))) for fit, row in found.iterrows()}
+    verdicts = {fit: judged(estimate, target) for fit, estimate in yields.items()}
+    rows = []
+    for fit, row in found.iterrows():
+        ends = plain.share(row["yield_low"])[0], plain.share(row["yield_high"])[0]
+        rows.append(
+            cells(
+                str(fit),
+                span(1e3 * row["clearance_low"], 1e3 * row["clearance_high"]),
+                Share.of(row, "yield"),
+                f"{ends[0]} to {ends[1]}",
+                *(Estimated.of(row, peak, quantities.shown(peak.split()[0])[1]) for peak in peaks),
+                *([Number(row["cost"], 4)] if priced else []),
+                Cell(verdicts[fit], tone=TONES[verdicts[fit]]),
+            )
+        )
+    heads = [
+        f"{quantities.label(name)}, {STATISTICS[s]} ({unit(name)})" for name, s in (peak.split() for peak in peaks)
+    ]
+    columns = ("Fit", "clearance, mm", "yield", "95 % interval", *heads, *(["cost"] if priced else []))
+    yield Table(
+        "fits",
+        (*columns, Column(f"target {100 * target:.6g} %", words=True)),
+        tuple(rows),
+        title=f"{study.title}: fits from {samples:,} samples each",
+        frame=found,
+    )
+    met = [fit for fit, verdict in verdicts.items() if verdict == MET]
+    if not met:
+        yield Note(
+            f"None of these fits is shown to keep the limits in {100 * target:.6g} % of the parts.", is_apart=True
+        )
+        return
+    loosest = max(met, key=lambda fit: found.at[fit, "clearance_high"])
+    text = f"{joined(met)} {'keep' if len(met) > 1 else 'keeps'} the limits; {loosest} leaves the most clearance."
+    yield Note(text, strong=str(loosest), is_apart=True)
