@@ -69,7 +69,6 @@ def test_the_schema_takes_every_study(text):
         ("[0, -9.81, 0]", "[0, -9.81]"),
         ('"sobol"', '"sobal"'),
         ("samples = 3000", "samples = 0.5"),
-        ("tilt_angle = {", "tilt_angel = {"),
         ("{ max =", "{ maximum ="),
         ('tolerance = "0.1 mm"', 'tolerance = ["0.1 mm"]'),
         ("journal_radius =", "journal_radus ="),

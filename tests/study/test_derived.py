@@ -16,6 +16,8 @@ from tolmc.analysis.model import study_model
 from tolmc.study.derived import read_outputs
 from tolmc.study.fields import Faults
 from tolmc.study.study import StudyError
+from tolmc.tables.run import run_blocks
+from tolmc.tables.table import Note
 
 ROWS = {
     "tilt_angle": np.array([0.1, 0.2]),
@@ -143,3 +145,13 @@ def test_outputs_that_cannot_be_read_name_the_study(tmp_path):
     with pytest.raises(StudyError, match=r"small.toml: \[outputs\] slant = 'tilt': 'tilt' is no dimension or output"):
         tolmc.load_study(write(tmp_path, ("[body]", '[outputs]\nslant = "tilt"\n[body]')))
     assert json.loads(json.dumps(list(quantities.OUTPUTS)))
+
+
+@pytest.mark.parametrize(("limit", "verdict"), [("100 mm", "met"), ("80 mm", "not met")])
+def test_a_run_says_whether_the_target_is_met(tmp_path, limit, verdict):
+    text = OUTPUTS.replace("slant = { max = ", 'target = "99 %"\nslant = { max = ').replace("91 mm", limit)
+    result = tolmc.run(
+        write(tmp_path, *GEOMETRY[:1], ("[specification]", text), GEOMETRY[1], ('"24.4 deg"', '"1 rad"')), samples=600
+    )
+    notes = [block.text for block in run_blocks(result) if isinstance(block, Note)]
+    assert any(note.startswith(f"Target {verdict}: ") for note in notes), notes

@@ -15,6 +15,7 @@ from tolmc.study.derived import Derived, read_outputs
 from tolmc.study.dimensions import DimensionsTable
 from tolmc.study.fields import Faults, OwnUnit, check_names, in_section, place, short, validated
 from tolmc.study.sections import BodySection, LimitsSection, SpecificationSection, StudyFile
+from tolmc.study.unbalance import with_unbalance
 from tolmc.study.until import read_until
 
 
@@ -27,7 +28,8 @@ def study_fields(content: dict[str, Any], data_folder: Path) -> dict[str, Any]:
         With everything that is wrong in the first section that has faults.
     """
     file = validated(StudyFile, content)
-    table = DimensionsTable(file.dimensions, data_folder)
+    dimensions = with_unbalance(file.dimensions, file.body.center_of_mass, file.motion.spin_rate)
+    table = DimensionsTable(dimensions, data_folder)
     scene = _scene(file, content, table.joint)
     settings = file.monte_carlo.model_dump()
     outputs = settings.pop("outputs")
@@ -48,7 +50,7 @@ def study_fields(content: dict[str, Any], data_folder: Path) -> dict[str, Any]:
         "outputs": None if outputs is None else tuple(outputs),
         "until": read_until(settings.pop("until"), file.monte_carlo, specification),
         "allocation": file.allocation,
-        "inertia_law": _inertia_law(file.body, file.dimensions),
+        "inertia_law": _inertia_law(file.body, dimensions),
         "data_files": table.data_files,
     }
 

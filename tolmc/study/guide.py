@@ -26,18 +26,20 @@ class NamedTables:
     names : what its entries may be called
     entry : model of an entry
     model : its other fields, and what it is for
+    more : whether a study may have names of its own beside these
     """
 
     place: str
     names: tuple[str, ...]
     entry: type[Section]
     model: type[Section] | None = None
+    more: bool = False
 
 
 #: Those of this folder's models; [allocation] has one more.
 NAMED_TABLES = (
     NamedTables("dimensions", (*MODEL_NAMES, *quantities.SCALARS), DimensionSection, DimensionsSection),
-    NamedTables("specification", quantities.OUTPUTS, LimitsSection, SpecificationSection),
+    NamedTables("specification", quantities.OUTPUTS, LimitsSection, SpecificationSection, more=True),
 )
 
 
@@ -124,7 +126,8 @@ def _add_names(schema: dict[str, Any], table: NamedTables) -> None:
     place = owner["properties"][last]
     if table.model is not None:
         place = owner["properties"][last] = dict(schema["$defs"].pop(table.model.__name__))
-    place |= {"type": "object", "additionalProperties": False, "x-names": list(table.names)}
+    more = _in_unit(schema["$defs"][table.entry.__name__], None) if table.more else False
+    place |= {"type": "object", "additionalProperties": more, "x-names": list(table.names)}
     fields = place.setdefault("properties", {})
     for name in table.names:
         unit = quantities.unit(name)
@@ -144,14 +147,16 @@ def _size_schema(unit: str) -> dict[str, Any]:
     return quantity_schema(unit) | {"examples": ["40 ±0.05 mm", "⌀40 H7"] if unit == "m" else [f"±{example}"]}
 
 
-def _in_unit(schema: Any, unit: str) -> Any:
-    """The schema of an entry, for a quantity in this unit."""
+def _in_unit(schema: Any, unit: str | None) -> Any:
+    """The schema of an entry, for a quantity in this unit; in any where it is None."""
     if isinstance(schema, list):
         return [_in_unit(part, unit) for part in schema]
     if not isinstance(schema, dict):
         return schema
     found = {key: _in_unit(part, unit) for key, part in schema.items()}
-    return {**found, **quantity_schema(unit)} if OWN_UNIT.items() <= schema.items() else found
+    if not OWN_UNIT.items() <= schema.items():
+        return found
+    return {**found, **({"type": ["number", "string"]} if unit is None else quantity_schema(unit))}
 
 
 def _resolved(schema: Mapping[str, Any], part: Mapping[str, Any]) -> Mapping[str, Any]:

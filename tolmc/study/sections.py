@@ -134,6 +134,8 @@ class DimensionsSection(Section):
 
     fit: str | None = None
     """ISO 286 fit of bore and journal, such as "40 H7/d9": the limits of both radii."""
+    unbalance: str | None = None
+    """Balance grade of ISO 21940-11, such as "G6.3": the centre of mass lies off the axis by up to 6.3 mm/s / spin_rate."""
     lot_size: whole(1, 2**63 - 1) | None = None
     """Parts in a lot, where a dimension varies between lots."""
 

@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import pandas as pd
+
 from tolmc import quantities
 from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.mechanism.scene import Joint
 from tolmc.runs.run import StudyResult
+from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
+from tolmc.study.study import Study
 from tolmc.tables.outputs import budget_table, outputs_table, statuses_table
 from tolmc.tables.requirements import shares_table
 from tolmc.tables.table import Note, Table
-from tolmc.text.phrases import cut_short
+from tolmc.text.phrases import cut_short, judged
 
 
 def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
@@ -22,6 +26,7 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
     yield _title(result)
     yield outputs_table(result.summary, study.specification)
     yield shares_table(result.requirements)
+    yield from _verdict(study, result.requirements)
     yield from _contact_notes(result)
     yield statuses_table(result.statuses)
     yield from (Note(f"Note: {note}") for note in result.notes)
@@ -42,6 +47,7 @@ def brief_blocks(result: StudyResult) -> Iterator[Table | Note]:
     yield _title(result)
     yield outputs_table(result.summary.loc[limited or list(result.summary.index)])
     yield shares_table(result.requirements)
+    yield from _verdict(study, result.requirements)
     yield from _contact_notes(result)
 
 
@@ -52,6 +58,20 @@ def _title(result: StudyResult) -> Note:
         f"{title}: {study.samples:,} samples, {study.sampling.replace('_', ' ')}, seed {study.seed} ({result.elapsed:.1f} s)",
         strong=title,
         is_apart=True,
+    )
+
+
+def _verdict(study: Study, requirements: pd.DataFrame) -> Iterator[Note]:
+    """Whether the share of parts that keep every limit reaches the target that the study names."""
+    if study.target is None or not study.specification:
+        return
+    out = requirements.loc[ANY_REQUIREMENT]
+    low, high = 1.0 - out["share_most_high"], 1.0 - out["share_least_low"]
+    verdict = judged(Estimate(1.0 - out["share_most"], low, high), study.target)
+    found = f"{100 * low:.6g} to {100 * high:.6g} % of the parts keep every limit"
+    yield Note(
+        f"Target {verdict}: {found} (95 % interval), {100 * study.target:.6g} % are asked for.",
+        strong=f"Target {verdict}",
     )
 
 
