@@ -14,7 +14,8 @@ LOC, SCALE = 20.2e-3, 5e-6
 SLOW = {
     "argus", "dpareto_lognorm", "exponnorm", "gausshyper", "genhyperbolic", "geninvgauss", "ksone", "kstwo", "landau",
     "levy_stable", "ncf", "nct", "norminvgauss", "studentized_range", "rel_breitwigner", "recipinvgauss", "vonmises",
-    "foldcauchy", "kappa4", "skewcauchy", "irwinhall", "normal_inverse_gamma", "skewnorm", "pearson3", "crystalball",
+    "foldcauchy", "foldnorm", "vonmises_line", "kappa4", "skewcauchy", "irwinhall",
+    "normal_inverse_gamma", "skewnorm", "pearson3", "crystalball",
 }  # fmt: skip
 
 
@@ -47,7 +48,7 @@ def truncated(name: str, low: float, high: float) -> Dimension | None:
     return Dimension("center_of_mass_x", LOC, LOC + SCALE * lower, LOC + SCALE * upper, law)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", CONTINUOUS)
 def test_moments_are_those_of_the_quantiles(name, low=0.0, high=0.9):
     dimension = truncated(name, low, high)
