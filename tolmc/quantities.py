@@ -36,12 +36,15 @@ KINDS = {
     "angular velocity": Kind("rad/s", "an angular velocity", "1500 rpm", "rad/s"),
     "force": Kind("N", "a force", "12 N", "N"),
     "torque": Kind("N m", "a torque", "0.2 N m", "N m"),
+    "rate": Kind("1/s", "a rate", "5 1/s", "1/s"),
+    "contact stiffness": Kind("N/m^1.5", "a contact stiffness", "1e9 N/m^1.5", "N/m^1.5"),
     "acceleration": Kind("m/s^2", "an acceleration", "9.81 m/s^2", "m/s^2"),
     "inertia": Kind("kg m^2", "a moment of inertia", "120 kg mm^2", "kg m^2"),
     "speed": Kind("m/s", "a speed", "0.2 m/s", "m/s"),
     "impulse": Kind("N s", "an impulse", "0.1 N s", "N s"),
     "energy": Kind("J", "an energy", "0.2 J", "J"),
     "power": Kind("W", "a power", "5 W", "W"),
+    "ratio": Kind("1", "a plain number", 0.5, ""),
     "temperature": Kind("°C", "a temperature", "80 °C", "°C"),
     "temperature difference": Kind("K", "a temperature difference", "5 K", "K"),
     "expansion": Kind("1/K", "an expansion coefficient", "12e-6 1/K", "1/K"),
@@ -78,8 +81,10 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Scalar(Quantity):
-    """A number that describes a scene, and may carry a tolerance. Groups: "joint", "body", "loads", "start",
-    "operating".
+    """A number that describes a scene, and may carry a tolerance.
+
+    Groups: "joint", "contact", "body", "loads", "start" of a motion on the wall, "free start" of one within the clearance,
+    "spin" of both, "operating" conditions.
 
     A component of a vector in x, y, z says which ``axis`` of which ``vector`` it is.
     """
@@ -89,7 +94,7 @@ class Scalar(Quantity):
 
 
 #: What may happen where contact is lost: the statistics stop, they go on two-sided, or the sample ends.
-ON_CONTACT_LOSS = ("stop", "continue", "end")
+ON_CONTACT_LOSS = ("stop", "continue", "end", "follow")
 #: ``Output.when`` of what is computed for those who name it alone.
 ON_REQUEST = "on request"
 
@@ -114,11 +119,13 @@ class Output(Quantity):
     event: bool = False
 
 
-def _vector(name: str, kind: str, label: str, symbol: str, row: str, group: str) -> tuple[Scalar, ...]:
+def _vector(
+    name: str, kind: str, label: str, symbol: str, row: str, group: str, axes: str = "xyz"
+) -> tuple[Scalar, ...]:
     return tuple(
         Scalar(f"{name}_{axis}", kind, f"{label} {axis}", f"{symbol}_{axis}", f"{row}_{axis.upper()}", group,
                vector=name, axis=axis)
-        for axis in "xyz"
+        for axis in axes
     )  # fmt: skip
 
 
@@ -127,6 +134,8 @@ SCALAR_ROWS = (
     Scalar("bearing_radius", "length", "Bearing radius R*", "R*", "BEARING_RADIUS", "joint"),
     Scalar("journal_radius", "length", "Journal radius r*", "r*", "JOURNAL_RADIUS", "joint"),
     Scalar("half_length", "length", "Half length L", "L", "HALF_LENGTH", "joint"),
+    Scalar("restitution", "ratio", "Restitution e", "e", "RESTITUTION", "contact"),
+    Scalar("contact_stiffness", "contact stiffness", "Contact stiffness K", "K", "CONTACT_STIFFNESS", "contact"),
     Scalar("mass", "mass", "Mass", "m", "MASS", "body"),
     *_vector("center_of_mass", "length", "Center of mass", "r_C", "COM", "body"),
     *(
@@ -141,8 +150,12 @@ SCALAR_ROWS = (
     Scalar("beta", "angle", "Start angle β", "β", "BETA", "start"),
     Scalar("alpha_rate", "angular velocity", "Start rate of α", "α̇", "ALPHA_RATE", "start"),
     Scalar("beta_rate", "angular velocity", "Start rate of β", "β̇", "BETA_RATE", "start"),
-    Scalar("spin", "angle", "Start spin χ", "χ", "SPIN", "start"),
-    Scalar("spin_rate", "angular velocity", "Spin rate Ω", "Ω", "SPIN_RATE", "start"),
+    *_vector("origin", "length", "Start origin", "O", "ORIGIN", "free start", "xy"),
+    *_vector("slope", "ratio", "Start slope", "s", "SLOPE", "free start", "xy"),
+    *_vector("origin_rate", "speed", "Start rate of origin", "Ȯ", "ORIGIN_RATE", "free start", "xy"),
+    *_vector("slope_rate", "rate", "Start rate of slope", "ṡ", "SLOPE_RATE", "free start", "xy"),
+    Scalar("spin", "angle", "Start spin χ", "χ", "SPIN", "spin"),
+    Scalar("spin_rate", "angular velocity", "Spin rate Ω", "Ω", "SPIN_RATE", "spin"),
     Scalar("bearing_temperature", "temperature", "Bearing temperature", "T_B", group="operating"),
     Scalar("journal_temperature", "temperature", "Journal temperature", "T_J", group="operating"),
     Scalar("bearing_expansion", "expansion", "Bearing expansion", "α_B", group="operating"),
@@ -158,6 +171,29 @@ def _contact_force(end: str, statistic: str, word: str, settled: str = "at end")
         f"contact_force_{end}_{statistic}", "force", f"Contact force N_{end}, {statistic}", f"N_{end}",
         f"{end}_{statistic.upper()}", "statistics", f"{word} contact force N_{end}", settled=settled,
     )  # fmt: skip
+
+
+def _impacts(end: str) -> tuple[Output, ...]:
+    """What impacts at one end leave; N_D and N_E of a motion that never touches there have no largest, smallest and rms."""
+
+    def row(name: str, kind: str, label: str, within: str, when: str = "one_sided") -> Output:
+        short = name.replace(f"_{end}", "").upper()
+        return Output(name, kind, label, f"N_{end}", f"{end}_{short}", "statistics", within, when=when)
+
+    return (
+        row(f"impacts_{end}", "count", f"Impacts at {end}", f"number of impacts at {end}"),
+        row(f"impact_speed_{end}_max", "speed", f"Impact speed at {end}, max", f"largest impact speed at {end}"),
+        row(f"impulse_{end}_max", "impulse", f"Impulse at {end}, max", f"largest impulse at {end}"),
+        row(f"impulse_{end}_total", "impulse", f"Impulse at {end}, total", f"sum of the impulses at {end}"),
+        row(f"closed_share_{end}", "share", f"Share of time closed at {end}", f"share of time closed at {end}"),
+        row(
+            f"impact_force_{end}_max",
+            "force",
+            f"Impact force at {end}, max",
+            f"largest impact force at {end}",
+            "stiffness",
+        ),
+    )
 
 
 #: In the order in which tables show them.
@@ -180,6 +216,12 @@ OUTPUT_ROWS = (
     Output(
         "contact_loss_time", "time", "Contact loss time", row="LOSS_TIME", group="statistics", settled="at loss", event=True
     ),
+    *(row for end in "DE" for row in _impacts(end)),
+    Output("free_share", "share", "Share of time free", row="FREE_SHARE", group="statistics", when="one_sided"),
+    Output(
+        "first_impact_time", "time", "First impact time", row="FIRST_IMPACT", group="statistics", when="one_sided", event=True
+    ),
+    Output("impact_energy_loss", "energy", "Energy lost in impacts", row="IMPACT_LOSS", group="statistics", when="one_sided"),
     Output("energy_error", "error", "Energy error", row="ENERGY_ERROR", group="integration"),
     Output("constraint_error", "error", "Constraint error", row="CONSTRAINT_ERROR", group="integration"),
     Output("momentum_error", "error", "Momentum error", row="MOMENTUM_ERROR", group="integration", when="momentum"),
@@ -212,9 +254,11 @@ _ROWS: dict[str, Quantity] = {row.name: row for row in (*SCALAR_ROWS, *OUTPUT_RO
 
 #: Every scalar of a scene that may vary from sample to sample.
 SCALARS = tuple(row.name for row in SCALAR_ROWS)
-#: Scalars of the joint, of the start of the motion, and of the conditions in operation.
-JOINT, START, OPERATING = (
-    tuple(row.name for row in SCALAR_ROWS if row.group == group) for group in ("joint", "start", "operating")
+#: Scalars of the joint, of the laws of contact, of the start of a motion on the wall and of one within the clearance, of the
+#: turn about the axis, and of the conditions in operation.
+JOINT, CONTACT, START, FREE_START, SPIN, OPERATING = (
+    tuple(row.name for row in SCALAR_ROWS if row.group == group)
+    for group in ("joint", "contact", "start", "free start", "spin", "operating")
 )
 #: What a drawing calls each scalar of the joint.
 DRAWN = dict(zip(JOINT, (row.name for row in DRAWN_ROWS), strict=True))

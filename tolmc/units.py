@@ -32,6 +32,7 @@ _COMMON = {
     "N m": {"N m": Decimal(1), "N mm": Decimal("1e-3")},
     "m/s^2": {"m/s^2": Decimal(1)},
     "kg m^2": {"kg m^2": Decimal(1), "kg mm^2": Decimal("1e-6")},
+    "N/m^1.5": {"N/m^1.5": Decimal(1)},
     "K": {"K": Decimal(1), "°C": Decimal(1), "degC": Decimal(1), "°F": Decimal(5) / 9, "degF": Decimal(5) / 9},
     "1/K": {"1/K": Decimal(1)},
     "1": {"": Decimal(1), "%": Decimal("1e-2")},
@@ -43,7 +44,7 @@ _TEMPERATURE = {
     **dict.fromkeys(("°F", "degF"), (Decimal(32), Decimal(5) / 9)),
 }
 
-_FACTOR = r"[^\W\d_]+(?:(?:\^|\*\*)?-?[1-9]|[²³])?"
+_FACTOR = r"[^\W\d_]+(?:(?:\^|\*\*)-?[1-9]\.[1-9]|(?:\^|\*\*)?-?[1-9]|[²³])?"
 _QUANTITY = re.compile(
     rf"\s*([+-]?(?:\d{{1,40}}\.?\d{{0,40}}|\.\d{{1,40}})(?:[eE][+-]?\d{{1,4}})?)"
     rf"\s*(%|°[CF]?|(?:1\s*/\s*)?{_FACTOR}(?:\s*[*·/]\s*{_FACTOR}|\s+{_FACTOR})*|)\s*",

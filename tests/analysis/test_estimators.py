@@ -10,7 +10,7 @@ from tolmc.analysis.corrected import corrected
 from tolmc.analysis.direct import plain, sobol
 from tolmc.analysis.importance import importance
 from tolmc.analysis.questions import Question
-from tolmc.analysis.surrogate import MotionsFailed
+from tolmc.analysis.surrogate import MotionsFailed, OutputsJump
 from tolmc.analysis.tail_search import Proposal, find_tail, upper_quantile
 from tolmc.statistics.outcomes import ALL_REQUIREMENTS
 from tolmc.tolerances.dimension import Dimension, Tolerances
@@ -211,6 +211,18 @@ def test_failed_motions_bound_a_share_both_ways(estimator):
 def test_failed_motions_are_refused_where_they_cannot_be_bounded(estimator):
     with pytest.raises(ValueError, match=r"motions failed.*use plain or sobol"):
         estimator(failing, NORMAL, [UPPER], motions=500, seed=0)
+
+
+def jumping(inputs):
+    """Ones and zeros in turn: what an output is like where impacts make it jump."""
+    return pd.DataFrame({"y": np.floor(40.0 * inputs.to_numpy() @ SLOPES / SD) % 2.0})
+
+
+def test_an_output_that_jumps_is_refused_by_its_held_out_error():
+    with pytest.raises(OutputsJump, match=r"accelerated summary: a polynomial misses the y .*held-out error"):
+        accelerated_summary(jumping, NORMAL, ["y"], training=128, motions=64, seed=0)
+    with pytest.raises(OutputsJump, match="accelerated yield"):
+        accelerated_yield(jumping, NORMAL, {"y": {"max": 0.5}}, training=128, motions=64, seed=0)
 
 
 def test_questions_are_checked():

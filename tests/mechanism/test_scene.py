@@ -190,7 +190,7 @@ def test_scalars_name_every_number_of_a_scene():
         4.1e-4, 3.3e-4, 1.3e-4, 2e-5, -1.2e-5, 3.1e-5,
     ]  # fmt: skip
     assert [scalars[f"force_point_{axis}"] for axis in "xyz"] == [0.01, -0.02, 0.03]
-    assert [scalars[name] for name in quantities.START] == [-1.92, -0.87, 2.0, -3.0, 0.7, 40.0]
+    assert [scalars[name] for name in (*quantities.START, *quantities.SPIN)] == [-1.92, -0.87, 2.0, -3.0, 0.7, 40.0]
 
 
 def test_absent_loads_are_zero_scalars():
@@ -198,12 +198,36 @@ def test_absent_loads_are_zero_scalars():
     assert all(scalars[f"{load}_{axis}"] == 0 for load in ("force", "force_point", "torque") for axis in "xyz")
 
 
+#: Between them two scenes have every scalar: one starts on the wall, one flies.
+FLYING = replace(
+    LOADED,
+    joint=replace(LOADED.joint, restitution=0.5, contact_stiffness=1e9),
+    motion=Motion.free((1e-3, 2e-3), (0.1, -0.2), (0.01, 0.02), (1.0, -2.0), 0.7, 40.0),
+)
+
+
 @pytest.mark.parametrize("name", SCALARS)
 def test_replaced_changes_one_scalar_and_nothing_else(name):
-    value = LOADED.scalars[name] * 1.01
-    changed = LOADED.replaced(**{name: value}).scalars
+    scene = FLYING if name in (*quantities.CONTACT, *quantities.FREE_START) else LOADED
+    value = scene.scalars[name] * 1.01
+    changed = scene.replaced(**{name: value}).scalars
     assert changed[name] == value
-    assert {k: v for k, v in changed.items() if k != name} == {k: v for k, v in LOADED.scalars.items() if k != name}
+    assert {k: v for k, v in changed.items() if k != name} == {k: v for k, v in scene.scalars.items() if k != name}
+
+
+@pytest.mark.parametrize(
+    ("scene", "name"),
+    [
+        (LOADED, "restitution"),
+        (LOADED, "contact_stiffness"),
+        (LOADED, "slope_x"),
+        (FLYING, "alpha"),
+        (FLYING, "beta_rate"),
+    ],
+)
+def test_a_scalar_that_a_scene_lacks_cannot_be_replaced(scene, name):
+    with pytest.raises(ValueError, match=f"Scene: {name} varies"):
+        scene.replaced(**{name: 0.5})
 
 
 def test_replaced_with_nothing_is_the_scene():

@@ -28,7 +28,7 @@ import pandas as pd
 from tolmc import quantities
 from tolmc.allocation.offers import ANCHORS, LAWS, Curve, Grades, offered_box, with_widths, zone
 from tolmc.allocation.search import MAX_POINTS, Allocation, Search
-from tolmc.analysis.surrogate import Model, Surrogate, fit
+from tolmc.analysis.surrogate import Model, Surrogate, fit, refuse_rough
 from tolmc.errors import InputError
 from tolmc.statistics.intervals import binomial_interval
 from tolmc.statistics.outcomes import Specification, contact_lost, failed, out_of_specification
@@ -208,9 +208,11 @@ def allocate(
 def _train(model: Model, tolerances: Tolerances, specification: Specification, plan: Plan, motions: int) -> Surrogate:
     box = offered_box(tolerances, plan.choices)
     try:
-        return fit(model, box, tuple(specification), motions=motions, seed=plan.seed)
+        surrogate = fit(model, box, tuple(specification), motions=motions, seed=plan.seed)
+        refuse_rough("the surrogate that allocation searches with", surrogate)
     except ValueError as error:
         raise InputError(f"allocation: {error}") from None
+    return surrogate
 
 
 def _confirm(

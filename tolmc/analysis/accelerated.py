@@ -12,7 +12,7 @@ from tolmc.analysis.corrected import MOMENT_POINTS, corrected, draw_kept, keep_n
 from tolmc.analysis.designs import Corrected, Weighted, wilson_interval
 from tolmc.analysis.importance import refuse_failures
 from tolmc.analysis.questions import Question
-from tolmc.analysis.surrogate import Model, fit, training_box
+from tolmc.analysis.surrogate import Model, fit, refuse_rough, training_box
 from tolmc.statistics.outcomes import ALL_REQUIREMENTS, Specification
 from tolmc.tolerances.dimension import Tolerances
 from tolmc.tolerances.draw import sample
@@ -40,9 +40,11 @@ def accelerated_summary(
     Raises
     ------
     ValueError
-        As :func:`corrected`. An output that is missing in some motions (``contact_loss_time``) cannot be summarised.
+        As :func:`corrected`, and (OutputsJump) where no surrogate follows an output. An output that is missing in some
+        motions (``contact_loss_time``) cannot be summarised.
     """
     surrogate = fit(model, training_box(tolerances), outputs, motions=training, seed=seed)
+    refuse_rough("accelerated summary", surrogate)
     kinds: dict[str, tuple[str, Any]] = {
         "mean": ("mean", None),
         "sd": ("sd", None),
@@ -92,9 +94,11 @@ def accelerated_yield(
     Raises
     ------
     ValueError
-        When no dimension has a tolerance, and (MotionsFailed) when a true motion fails.
+        When no dimension has a tolerance, (MotionsFailed) when a true motion fails, and (OutputsJump) where no surrogate
+        follows an output.
     """
     surrogate = fit(model, training_box(tolerances), list(specification), motions=training, seed=seed)
+    refuse_rough("accelerated yield", surrogate)
     inputs = sample(tolerances, MOMENT_POINTS, sampling="sobol", seed=seed)
     excess = _excess(surrogate(inputs), specification, surrogate.spread)
     error = pd.Series(surrogate.held_out) / pd.Series(surrogate.spread).replace(0.0, 1.0)

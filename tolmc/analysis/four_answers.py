@@ -19,7 +19,7 @@ from tolmc.analysis.model import study_model
 from tolmc.analysis.one_at_a_time import one_at_a_time
 from tolmc.analysis.side_by_side import side_by_side
 from tolmc.analysis.sobol import sobol_indices
-from tolmc.analysis.surrogate import Model, MotionsFailed
+from tolmc.analysis.surrogate import Model, MotionsFailed, OutputsJump
 from tolmc.analysis.tail_search import TailNotReached
 from tolmc.analysis.worst_case import worst_case
 from tolmc.statistics.outcomes import ALL_REQUIREMENTS, ANY_REQUIREMENT, without_value
@@ -93,7 +93,7 @@ def _accelerated(model: Model, study: Study, outputs: Sequence[str]) -> tuple[pd
     """The accelerated estimate, or why there is none."""
     try:
         return accelerated_summary(model, study.tolerances, outputs, seed=study.seed), ""
-    except (MotionsFailed, TailNotReached) as error:
+    except (MotionsFailed, OutputsJump, TailNotReached) as error:
         return None, str(error)
 
 
@@ -113,6 +113,8 @@ def _yields(model: Model, study: Study, requirements: pd.DataFrame) -> tuple[pd.
 
     try:
         accelerated = accelerated_yield(known, study.tolerances, specification, seed=study.seed)
+    except OutputsJump as error:
+        return None, str(error)
     except MotionsFailed as error:
         return None, f"{error} (Motions that lose contact count as failed here.)"
     counted = requirements.rename(index={ANY_REQUIREMENT: ALL_REQUIREMENTS}).loc[accelerated.index]

@@ -37,6 +37,13 @@ class MotionsFailed(ValueError):
     """Motions failed, which leaves the outputs unknown where they lie: few motions do not tell how far that reaches."""
 
 
+class OutputsJump(ValueError):
+    """A polynomial misses true motions by about as much as they differ: it does not stand for them."""
+
+
+#: Held-out error over an output's spread above which a surrogate says next to nothing.
+ROUGH = 0.5
+
 MAX_DEGREE = 8
 # Twice as many motions as coefficients keep least squares at arcsine points well conditioned.
 MOTIONS_PER_TERM = 2
@@ -218,6 +225,19 @@ def fit(
         failed=motions - count,
         contact_lost=int(contact_lost(answers).sum()),
     )
+
+
+def refuse_rough(method: str, surrogate: Surrogate) -> None:
+    """Raise OutputsJump where the held-out error of an output's surrogate is most of the output's own spread.
+
+    So it is where impacts of both rims make outputs jump, or where the motion is chaotic.
+    """
+    for name, share in surrogate.describe()["held_out_share"].items():
+        if share > ROUGH:
+            raise OutputsJump(
+                f"{method}: a polynomial misses the {name} of true motions by {100 * share:.0f} % of its spread (held-out "
+                "error), as where impacts make it jump; nothing smooth stands for it. Use plain samples of true motions."
+            )
 
 
 def _least_squares(design: np.ndarray, values: np.ndarray, sizes: Sequence[int]):

@@ -18,6 +18,8 @@ from __future__ import annotations
     BEARING_RADIUS, JOURNAL_RADIUS,
     LOAD_ENERGY,
     COS_MEAN, SIN_MEAN, COS_HALF, SIN_HALF,
-) = range(37)  # fmt: skip
+    RESTITUTION, CONTACT_STIFFNESS,
+    ORIGIN_X, ORIGIN_Y, SLOPE_X, SLOPE_Y, ORIGIN_RATE_X, ORIGIN_RATE_Y, SLOPE_RATE_X, SLOPE_RATE_Y,
+) = range(47)  # fmt: skip
 
-COUNT = 37
+COUNT = 47

@@ -22,3 +22,12 @@ RESULTS = 26
 
 OK, CONTACT_LOST, DIVERGED, RERUN = 0, 1, 2, 3  # codes in row STATUS
 STOP, CONTINUE, END = 0, 1, 2  # what a loss of contact does
+
+# What a motion with one-sided contact has besides, and codes of what became of it, after those of all others (judge.py).
+(
+    D_IMPACTS, D_IMPACT_SPEED_MAX, D_IMPULSE_MAX, D_IMPULSE_TOTAL, D_CLOSED_SHARE, D_IMPACT_FORCE_MAX,
+    E_IMPACTS, E_IMPACT_SPEED_MAX, E_IMPULSE_MAX, E_IMPULSE_TOTAL, E_CLOSED_SHARE, E_IMPACT_FORCE_MAX,
+    FREE_SHARE, FIRST_IMPACT, IMPACT_LOSS,
+) = range(RESULTS, RESULTS + 15)  # fmt: skip
+RESULTS += 15
+TOO_MANY_IMPACTS, CONTACT_UNRESOLVED, NO_CONTACT_FORCES = 9, 10, 11

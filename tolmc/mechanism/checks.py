@@ -64,11 +64,21 @@ def _refuse_unit(name: str, value: Any) -> None:
 
 def finite_vector(owner: str, name: str, value: object) -> tuple[float, float, float]:
     """Three finite numbers (x, y, z)."""
-    values = tuple(value) if isinstance(value, (tuple, list, np.ndarray)) else None
-    if values is None or len(values) != 3:
-        raise ValueError(f"{owner}: {name} must be three numbers (x, y, z), got {value!r}.")
-    x, y, z = (finite_number(owner, f"{name}[{axis}]", v) for axis, v in zip("xyz", values, strict=True))
+    x, y, z = _components(owner, name, value, "xyz", "three")
     return x, y, z
+
+
+def finite_pair(owner: str, name: str, value: object) -> tuple[float, float]:
+    """Two finite numbers (x, y)."""
+    x, y = _components(owner, name, value, "xy", "two")
+    return x, y
+
+
+def _components(owner: str, name: str, value: object, axes: str, count: str) -> list[float]:
+    values = tuple(value) if isinstance(value, (tuple, list, np.ndarray)) else None
+    if values is None or len(values) != len(axes):
+        raise ValueError(f"{owner}: {name} must be {count} numbers ({', '.join(axes)}), got {value!r}.")
+    return [finite_number(owner, f"{name}[{axis}]", v) for axis, v in zip(axes, values, strict=True)]
 
 
 def set_frozen(instance: object, **values: object) -> None:

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike
 
 from tolmc.mechanism import geometry
 from tolmc.mechanism.checks import finite_number, finite_vector, plain_array, set_frozen
+from tolmc.mechanism.motion import Motion
 from tolmc.mechanism.operating import Operating, closing_sentence, operating_dimensions
-from tolmc.quantities import JOINT, OPERATING, SCALARS, START
+from tolmc.quantities import CONTACT, FREE_START, JOINT, OPERATING, SCALARS, SPIN, START
 
 SECTIONS = ("circle", "exact")
 
@@ -35,12 +36,21 @@ class Joint:
     section : {"circle", "exact"}
         ``"circle"``: the axis rests on circles of constant radius r, equations (1)-(3) (the paper's model).
         ``"exact"``: the bearing's rims touch the tilted cylinder (README, "Model").
+    restitution : float or None
+        None: the wall holds the journal, and a negative contact force says that contact is lost. A number e from 0 to 1: the
+        wall only pushes; the journal leaves it, flies and hits it, and its normal speed after an impact is e times that
+        before (Newton).
+    contact_stiffness : float or None, N/m^1.5
+        K of Hertz's law F = K delta^1.5 between journal and wall, for the peak forces of impacts; None: a rigid impact has an
+        impulse and no force.
     """
 
     bearing_radius: float
     journal_radius: float
     half_length: float
     section: str = "circle"
+    restitution: float | None = None
+    contact_stiffness: float | None = None
 
     def __post_init__(self) -> None:
         set_frozen(
@@ -54,6 +64,24 @@ class Joint:
             )
         if self.section not in SECTIONS:
             raise ValueError(f"Joint: section = {self.section!r} is unknown; allowed: {', '.join(SECTIONS)}.")
+        self._check_contact()
+
+    def _check_contact(self) -> None:
+        if self.restitution is not None:
+            set_frozen(self, restitution=finite_number("Joint", "restitution", self.restitution))
+            if not 0.0 <= self.restitution <= 1.0:
+                raise ValueError(
+                    f"Joint: restitution = {self.restitution!r} is out of range; allowed: 0 (no rebound) to 1 (no loss), or "
+                    "None for a wall that holds the journal."
+                )
+        if self.contact_stiffness is not None:
+            stiffness = finite_number("Joint", "contact_stiffness", self.contact_stiffness, positive=True)
+            set_frozen(self, contact_stiffness=stiffness)
+            if self.restitution is None:
+                raise ValueError(
+                    f"Joint: contact_stiffness = {stiffness!r} N/m^1.5 is for impacts, which a joint without restitution "
+                    "does not have; give restitution too."
+                )
 
     @property
     def _dimensions(self) -> tuple[float, float, float]:
@@ -222,33 +250,6 @@ class Loads:
 
 
 @dataclass(frozen=True)
-class Motion:
-    """The start of the motion.
-
-    Parameters
-    ----------
-    alpha, beta : float, rad
-        Polar angles of D and E (where the axis crosses Z = +L and Z = -L) on their circles.
-    alpha_rate, beta_rate : float, rad/s
-    spin : float, rad
-        chi, the body's turn about the journal's axis against the frame of the smallest rotation from Z.
-    spin_rate : float, rad/s
-        Omega = omega . e, the angular velocity about the journal's axis.
-    """
-
-    alpha: float
-    beta: float
-    alpha_rate: float = 0.0
-    beta_rate: float = 0.0
-    spin: float = 0.0
-    spin_rate: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in START:
-            set_frozen(self, **{name: finite_number("Motion", name, getattr(self, name))})
-
-
-@dataclass(frozen=True)
 class Scene:
     """A joint, a body on it, its loads, the start of its motion, and how long it lasts (s).
 
@@ -272,6 +273,10 @@ class Scene:
             if not isinstance(self.operating, Operating):
                 raise TypeError(f"Scene: operating must be an Operating or None, got {self.operating!r}.")
             _ = self.joint_in_operation
+        if self.motion.is_free and self.joint.restitution is None:
+            raise ValueError(
+                "Scene: a motion that starts within the clearance will hit the wall; give Joint(restitution=...), 0 to 1."
+            )
 
     @cached_property
     def joint_in_operation(self) -> Joint:
@@ -287,7 +292,7 @@ class Scene:
         bore, journal, length = (float(value) for value in operating_dimensions(self.scalars))
         if not 0.0 < journal < bore or not length > 0.0:
             raise ValueError(f"Scene: {closing_sentence(self.scalars)}")
-        return Joint(bore, journal, length, self.joint.section)
+        return replace(self.joint, bearing_radius=bore, journal_radius=journal, half_length=length)
 
     @cached_property
     def scalars(self) -> Mapping[str, float]:
@@ -304,15 +309,22 @@ class Scene:
             "force_point": loads.force_point or (0.0, 0.0, 0.0),
             "torque": loads.torque or (0.0, 0.0, 0.0),
         }
+        pairs = {
+            "origin": motion.origin or (0.0, 0.0), "slope": motion.slope or (0.0, 0.0),
+            "origin_rate": motion.origin_rate, "slope_rate": motion.slope_rate,
+        }  # fmt: skip
         values = {
             "bearing_radius": joint.bearing_radius,
             "journal_radius": joint.journal_radius,
             "half_length": joint.half_length,
+            "restitution": joint.restitution or 0.0,
+            "contact_stiffness": joint.contact_stiffness or 0.0,
             "mass": body.mass,
             "inertia_xx": J[0, 0], "inertia_yy": J[1, 1], "inertia_zz": J[2, 2],
             "inertia_xy": J[0, 1], "inertia_xz": J[0, 2], "inertia_yz": J[1, 2],
             **{f"{name}_{axis}": v for name, vector in vectors.items() for axis, v in zip("xyz", vector, strict=True)},
-            **{name: getattr(motion, name) for name in START},
+            **{f"{name}_{axis}": v for name, pair in pairs.items() for axis, v in zip("xy", pair, strict=True)},
+            **{name: getattr(motion, name) for name in (*START, *SPIN)},
             **(self.operating or Operating()).scalars,
         }  # fmt: skip
         return {name: float(values[name]) for name in SCALARS}
@@ -322,6 +334,8 @@ class Scene:
         unknown = sorted(set(scalars) - set(SCALARS))
         if unknown:
             raise ValueError(f"Scene: unknown scalar {unknown[0]!r}; allowed: {', '.join(SCALARS)}.")
+        for name in scalars:
+            self.check_has(name)
         s = {**self.scalars, **scalars}
 
         def vector(name: str) -> tuple[float, ...]:
@@ -341,9 +355,32 @@ class Scene:
             operating = Operating(*(s[name] for name in OPERATING))
         return replace(
             self,
-            joint=Joint(s["bearing_radius"], s["journal_radius"], s["half_length"], self.joint.section),
+            joint=self._joint(s),
             body=Body(s["mass"], vector("center_of_mass"), inertia),
             loads=Loads(vector("gravity"), optional("force"), optional("force_point"), optional("torque")),
-            motion=Motion(*(s[name] for name in START)),
+            motion=self._motion(s),
             operating=operating,
         )
+
+    def _joint(self, s: Mapping[str, float]) -> Joint:
+        contact = {name: None if getattr(self.joint, name) is None else s[name] for name in CONTACT}
+        return Joint(s["bearing_radius"], s["journal_radius"], s["half_length"], self.joint.section, **contact)
+
+    def _motion(self, s: Mapping[str, float]) -> Motion:
+        spin, rate = s["spin"], s["spin_rate"]
+        if not self.motion.is_free:
+            return Motion(s["alpha"], s["beta"], s["alpha_rate"], s["beta_rate"], spin, rate)
+        origin, slope = (s["origin_x"], s["origin_y"]), (s["slope_x"], s["slope_y"])
+        origin_rate, slope_rate = (s["origin_rate_x"], s["origin_rate_y"]), (s["slope_rate_x"], s["slope_rate_y"])
+        return Motion.free(origin, slope, origin_rate, slope_rate, spin, rate)
+
+    def check_has(self, name: str) -> None:
+        """Raise ValueError if the scene has no such scalar: another kind of start, or no law of contact."""
+        if name in CONTACT and getattr(self.joint, name) is None:
+            raise ValueError(f"Scene: {name} varies, but the joint has none; give Joint({name}=...).")
+        if name in START and self.motion.is_free:
+            raise ValueError(f"Scene: {name} varies, but the motion starts within the clearance; vary origin or slope.")
+        if name in FREE_START and not self.motion.is_free:
+            raise ValueError(
+                f"Scene: {name} varies, but the motion starts on the wall; vary alpha or beta, or use Motion.free."
+            )

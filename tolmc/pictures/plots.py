@@ -280,6 +280,9 @@ def draw_trajectory(trajectory, scene: Scene, *, title: str) -> Figure:
         for name, points in ends.items():
             angle = np.degrees(np.unwrap(np.arctan2(points[:, 1], points[:, 0])))
             lower.plot(trajectory.time, angle, color=_COLOUR[name], linewidth=1.4, label=name)
+        for event in trajectory.events[trajectory.events.kind == "impact"]:
+            for axis in (upper, lower):
+                axis.axvline(event.time, color=_RED, linewidth=0.6, alpha=0.5)
         lower.set_title("Polar angles of D and E")
         lower.set_ylabel("α, β (deg)")
         lower.set_xlabel("time (s)")

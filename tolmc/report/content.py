@@ -133,8 +133,9 @@ class _Content:
 
     @property
     def watches_contact(self) -> bool:
-        """Whether contact forces were computed, so that a loss of contact was seen."""
-        return any(quantities.output(name).group == "statistics" for name in self.columns)
+        """Whether contact forces were computed of motions that start on the wall, so that a loss of contact was seen."""
+        has_forces = any(quantities.output(name).group == "statistics" for name in self.columns)
+        return has_forces and not self.study.scene.motion.is_free
 
     @property
     def target(self) -> float:
@@ -209,7 +210,8 @@ class _Content:
         of_contact = notes.of_contact(
             self.shares, is_watched=self.watches_contact, on_contact_loss=self.study.on_contact_loss
         )
-        return [*sentences, *of_contact]
+        of_impacts = notes.of_impacts(self.summary) if self.summary is not None else ""
+        return [*sentences, *of_contact, *([of_impacts] if of_impacts else [])]
 
     def tables(self) -> list[Table]:
         """Those that have something to say."""

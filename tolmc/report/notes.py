@@ -125,9 +125,7 @@ def _pilot(plan: Mapping, ratios: pd.Series) -> str:
 def limits(study: Study) -> list[str]:
     """What the model leaves out."""
     return [
-        "Journal, bearing and body are rigid; the contact has no friction, no lubricant film, no compliance and no impact.",
-        "The journal touches the bearing at both ends all the time. Where a contact force would turn negative the real journal "
-        f"leaves the wall: {_ON_CONTACT_LOSS[study.on_contact_loss]}.",
+        *_of_wall(study),
         _section(study.scene.joint_in_operation),
         "Bore and journal are perfect cylinders: errors of form (roundness, straightness, coaxiality), roughness, wear and "
         "thermal expansion have to be part of the limits of R*, r* and L.",
@@ -136,6 +134,41 @@ def limits(study: Study) -> list[str]:
         "The parts follow the distributions in the table of dimensions. Other machines, worn tools or sorted parts give other "
         "yields.",
     ]
+
+
+def _of_wall(study: Study) -> list[str]:
+    """What the wall does, and what it does not."""
+    if study.scene.joint.restitution is None:
+        return [
+            "Journal, bearing and body are rigid; the contact has no friction, no lubricant film, no compliance and no impact.",
+            "The journal touches the bearing at both ends all the time. Where a contact force would turn negative the real "
+            f"journal leaves the wall: {_ON_CONTACT_LOSS[study.on_contact_loss]}.",
+        ]
+    force = (
+        "an impulse" if study.scene.joint.contact_stiffness is None else "an impulse, and a peak force by Hertz's law,"
+    )
+    return [
+        "Journal, bearing and body are rigid; the contact has no friction and no lubricant film.",
+        "The wall only pushes: the journal leaves it, flies and hits it, and its normal speed after an impact is the "
+        f"restitution times that before. A rigid impact has {force} and lasts no time; bounces too low to matter are left out, "
+        "and impacts are counted down to that height.",
+    ]
+
+
+def of_impacts(summary: pd.DataFrame) -> str:
+    """How often the journal leaves the wall, when first, and how hard it hits; empty without one-sided contact."""
+    if "free_share" not in summary.index:
+        return ""
+    lost, hit = summary.loc["contact_loss_time"], summary.loc["first_impact_time"]
+    hardest = summary.loc[[f"impulse_{end}_max" for end in "DE"], "max"].max()
+    leaves = ""
+    if lost["used"]:
+        share = typeset.share_of(lost["used"], lost["samples"])
+        first = phrases.quantity("contact_loss_time", lost["min"], 3)
+        leaves = f"the journal leaves the wall in {share} of the parts, first after {first}, "
+    hits = f"it hits the wall in {typeset.share_of(hit['used'], hit['samples'])} of them"
+    strength = f", with up to {phrases.quantity('impulse_D_max', hardest, 3)}" if hit["used"] else ""
+    return f"Impacts: {leaves}{'and ' if leaves else ''}{hits}{strength}."
 
 
 def _section(joint: Joint) -> str:

@@ -415,5 +415,6 @@ def _integration_errors(plan: Plan, nominal: dict) -> dict[str, float]:
     """The pilot's error, relative to the larger contact-force maximum and to 1 rad, in the outputs' units."""
     statistics = [row for row in quantities.OUTPUT_ROWS if row.group == "statistics" and row.name in nominal]
     peaks = [abs(nominal[row.name]) for row in statistics if row.kind == "force" and row.settled == "grows"]
-    scales = {"force": max(peaks, default=0.0), "angle": 1.0}
+    known = [peak for peak in peaks if math.isfinite(peak)]  # an end that never touches has none
+    scales = {"force": max(known, default=0.0), "angle": 1.0}
     return {row.name: plan.pilot_error * scales[row.kind] for row in statistics if row.kind in scales}

@@ -14,6 +14,7 @@ from tolmc.mechanism import geometry
 from tolmc.mechanism.scene import Scene
 from tolmc.simulation.integration import integrate
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, judged
+from tolmc.simulation.one_sided import has_room
 from tolmc.simulation.outputs import ROWS, integrates, lacking, wants_forces
 from tolmc.simulation.packing import pack, scratch
 from tolmc.simulation.plan import Plan
@@ -39,6 +40,8 @@ def block_columns(
         joint = _inside(code != GEOMETRY_INVALID)
         found = {name: _geometry(name, raw, joint) for name in outputs if name in quantities.GEOMETRY}
         found["status_time"] = np.full(n, np.nan)
+        if plan.features.free:
+            code[(code == R.OK) & ~has_room(raw, plan)] = GEOMETRY_INVALID
         valid = code == R.OK
         results: np.ndarray | None = None
         if integrates(outputs) and valid.any():

@@ -64,9 +64,10 @@ def simulate_many(
     accuracy : float
         A sample whose invariants (energy, constraints; angular momentum about Z and Omega where they are conserved) are
         missed by more, or whose statistics contradict each other by more, has status "inaccurate".
-    on_contact_loss : {"stop", "continue", "end"}
+    on_contact_loss : {"stop", "continue", "end", "follow"}
         From the first instant at which a contact force turns negative: the force statistics stop there, go on two-sided
-        (the paper's model), or the whole sample ends there.
+        (the paper's model), or the whole sample ends there. With restitution there is "follow" alone (the default too): the
+        motion goes on through flight and impacts.
     project_energy : bool
         Also project every step on the energy; ``energy_correction`` is what that took out in all, and is judged as an error.
     halving : bool

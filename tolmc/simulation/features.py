@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from tolmc.mechanism.scene import Scene
 from tolmc.quantities import OPERATING, SCALAR_ROWS
 
@@ -21,6 +23,10 @@ class Features:
     spin: bool = False
     #: Whether temperature or wear change the drawn dimensions.
     operating: bool = False
+    #: Whether the wall only pushes, whether the motion starts within the clearance, and whether impacts have a peak force.
+    one_sided: bool = False
+    free: bool = False
+    stiffness: bool = False
 
     @property
     def formulation(self) -> str:
@@ -57,5 +63,25 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
     turned = any((row.axis == "z") == (row.vector == "torque") for row in present)
     axial = not (general or transverse or pose or exact)
     symmetric = body.is_symmetric and not (varied & _UNSYMMETRIC) and not (off_axis or torque)
+    for name in varied:
+        scene.check_has(name)
     operating = scene.operating is not None or bool(varied & set(OPERATING))
-    return Features(general, axial, exact, bool(present), not turned, symmetric, operating)
+    one_sided = scene.joint.restitution is not None
+    if one_sided:
+        _check_free_body(scene)
+    return Features(
+        general, axial, exact, bool(present),
+        # Impacts keep the momentum about Z, but it is the energy that watches them.
+        momentum=not turned and not one_sided, spin=symmetric, operating=operating, one_sided=one_sided,
+        free=scene.motion.is_free, stiffness=scene.joint.contact_stiffness is not None,
+    )  # fmt: skip
+
+
+def _check_free_body(scene: Scene) -> None:
+    """A body that leaves the wall turns about its centre of mass: it must have moments of inertia there."""
+    moments = np.linalg.eigvalsh(scene.body.centroidal_inertia[:2, :2])
+    if not moments[0] > 1e-9 * np.abs(scene.body.inertia).max():
+        raise ValueError(
+            f"Body: the moments of inertia about the centre of mass across the axis are {moments.tolist()} kg m^2; a journal "
+            "that may leave the wall (restitution is given) needs them > 0. Give the body's own inertia."
+        )

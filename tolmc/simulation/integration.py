@@ -7,6 +7,7 @@ import numpy as np
 from tolmc.kernels import engine, lanes
 from tolmc.kernels import results as R
 from tolmc.kernels.formulations import FORMULATIONS
+from tolmc.simulation import one_sided
 from tolmc.simulation.plan import Plan
 
 #: What a call of the kernels takes at best: lanes that run together.
@@ -24,9 +25,27 @@ def integrate(
     project_energy: bool,
     out: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Results (R.RESULTS, n) of the columns of ``raw``; lanes that ask for it are run again as they ask."""
+    """Results (R.RESULTS, n) of the columns of ``raw``, with a wall that only pushes where the plan has one."""
+    out = np.empty((R.RESULTS, raw.shape[1])) if out is None else out
+    if not plan.features.one_sided:
+        return _two_sided(raw, plan, forces, duration, on_contact_loss, project_energy, out)
+    if plan.features.free:
+        out[:] = one_sided.integrate(raw, plan, duration)
+        return out
+    # The forces are needed whoever asks for them: they say which motions leave the wall.
+    _two_sided(raw, plan, True, duration, "end", project_energy, out)
+    one_sided.never_left(out)
+    lost = out[R.STATUS] == R.CONTACT_LOST
+    if lost.any():
+        out[:, lost] = one_sided.integrate(raw[:, lost], plan, duration)
+    return out
+
+
+def _two_sided(
+    raw, plan: Plan, forces: bool, duration: float, on_contact_loss: str, project_energy: bool, out: np.ndarray
+) -> np.ndarray:
+    """The same with a wall that holds the journal; lanes that ask for it are run again as they ask."""
     n = raw.shape[1]
-    out = np.empty((R.RESULTS, n)) if out is None else out
     features = plan.features
     # The published forms' pilot must not take its steps from a formula that they don't have.
     alone = plan.formulation == "slope" and plan.method == "rk8" and not (features.general or forces)

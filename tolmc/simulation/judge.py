@@ -31,6 +31,9 @@ STATUSES = (
     "singular: psi = k pi/2",
     "singular: X0 = Y0 = 0",
     "singular: theta = 0",
+    "too many impacts",
+    "contact unresolved",
+    "no contact forces",
 )
 
 
@@ -56,6 +59,18 @@ def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, plan: P
     return np.where(np.isfinite(worst), worst, np.inf)
 
 
+def one_sided_difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Relative difference of two results with one-sided contact, a number a sample: end of the motion, tilt, mean forces."""
+    end, axis = slice(R.ORIGIN_X, R.ORIGIN_Y + 1), [R.AXIS_X, R.AXIS_Y, R.AXIS_Z, R.TILT_MAX]
+    worst = np.abs(coarse[end] - fine[end]).max(axis=0) / radius
+    worst = np.maximum(worst, np.abs(coarse[axis] - fine[axis]).max(axis=0))
+    means = [R.D_MEAN, R.E_MEAN]
+    scale = np.abs(fine[means]).max(axis=0)
+    load = np.abs(coarse[means] - fine[means]).max(axis=0)
+    worst = np.maximum(worst, np.divide(load, scale, out=np.zeros_like(load), where=scale > 0))
+    return np.where(np.isfinite(worst) & (coarse[R.STATUS] == fine[R.STATUS]), worst, np.inf)
+
+
 def judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, forces: bool) -> np.ndarray:
     """Codes of integrated samples whose numbers have been looked at; those that have no statistics lose them.
 
@@ -69,8 +84,10 @@ def judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, f
     finite = np.isfinite(worst)
     if forces:
         numbers = [ROWS[row.name] for row in statistics if not row.event]
-        finite &= np.logical_and.reduce([np.isfinite(results[row]) for row in numbers])
-        worst = np.maximum(worst, _contradiction(results, raw))
+        untouched = _untouched(results) if plan.features.one_sided else {}
+        finite &= np.logical_and.reduce([np.isfinite(results[row]) | untouched.get(row, False) for row in numbers])
+        always = ~_has_left(results) if plan.features.one_sided else np.ones(len(code), bool)
+        worst = np.maximum(worst, _contradiction(results, raw, always))
     good = finite & (worst <= plan.accuracy)
     if not good.all():
         whole = code <= R.CONTACT_LOST
@@ -83,15 +100,36 @@ def judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, f
     return code
 
 
-def _contradiction(results: np.ndarray, raw: np.ndarray) -> np.ndarray:
-    """By how much min <= mean <= max, |mean| <= rms <= max |N| and tilt_max <= tilt_angle are missed, relative."""
+def _untouched(results: np.ndarray) -> dict[int, np.ndarray]:
+    """Rows that closed contact alone fills, and in which samples there was none."""
+    never = {R.D_MAX: results[R.D_CLOSED_SHARE] == 0, R.E_MAX: results[R.E_CLOSED_SHARE] == 0}
+    return {first + place: where for first, where in never.items() for place in (0, 1, 3)}
+
+
+def _has_left(results: np.ndarray) -> np.ndarray:
+    """Samples whose journal is not on the wall at both ends all the time."""
+    return (results[R.D_CLOSED_SHARE] < 1) | (results[R.E_CLOSED_SHARE] < 1) | ~np.isnan(results[R.FIRST_IMPACT])
+
+
+def _contradiction(results: np.ndarray, raw: np.ndarray, always: np.ndarray) -> np.ndarray:
+    """By how much min <= mean <= max, |mean| <= rms <= max |N| and tilt_max <= tilt_angle are missed, relative.
+
+    ``always``: whether contact holds all the time; else a mean with impulses and a largest force of closed contact do not
+    belong together.
+    """
     miss = results[R.TILT_MAX] - np.arctan2(raw[P.RADIUS], raw[P.HALF_LENGTH])
     for first in (R.D_MAX, R.E_MAX):
         highest, lowest, mean, rms = results[first : first + 4]
         largest = np.maximum(np.abs(highest), np.abs(lowest))
         force = np.maximum.reduce([mean - highest, lowest - mean, np.abs(mean) - rms, rms - largest])
-        miss = np.maximum(miss, np.divide(force, largest, out=np.zeros_like(force), where=largest > 0))
+        force = np.divide(force, largest, out=np.zeros_like(force), where=always & (largest > 0))
+        miss = np.maximum(miss, force)
     return miss
+
+
+def leaves(summary: Mapping[str, np.ndarray]) -> bool:
+    """Whether one motion leaves the wall, or starts away from it."""
+    return not (summary["closed_share_D"][0] == 1.0 and summary["closed_share_E"][0] == 1.0)
 
 
 def sentence(summary: Mapping[str, np.ndarray], plan: Plan) -> str:

@@ -17,7 +17,8 @@ from tolmc.mechanism.scene import Scene
 from tolmc.quantities import ON_CONTACT_LOSS, SCALARS
 from tolmc.simulation.features import features_of
 from tolmc.simulation.integration import integrate
-from tolmc.simulation.judge import difference
+from tolmc.simulation.judge import GEOMETRY_INVALID, difference, one_sided_difference
+from tolmc.simulation.one_sided import has_room
 from tolmc.simulation.outputs import wants_forces, wants_pose
 from tolmc.simulation.packing import pack
 from tolmc.simulation.plan import (
@@ -32,6 +33,7 @@ from tolmc.simulation.plan import (
 _MOST_STEPS = 2_000_000
 _PATIENCE = 6  # halvings of the step without gain after which the pilot gives a motion up
 _FAR_FASTER = 64  # how much faster than the middle one a motion may be for the pilot to follow it
+_EXACT_BALANCE = 1e-12  # energy error of a motion whose steps cannot be shortened with any gain
 _PILOT_SHARE = 0.3  # the pilot aims below the stated accuracy, for samples between its corners
 
 
@@ -45,6 +47,8 @@ def _first_guess(raw: np.ndarray, duration: float) -> np.ndarray:
     transverse = np.minimum(raw[P.J_XX], raw[P.J_YY]) + 1e-3 * mass * raw[P.HALF_LENGTH] ** 2
     rate = np.maximum(np.abs(raw[P.ALPHA_RATE]), np.abs(raw[P.BETA_RATE])) + np.sqrt(load / (mass * r))
     rate = rate + np.abs(raw[P.J_ZZ] * raw[P.SPIN_RATE]) / transverse
+    rate = rate + np.hypot(raw[P.ORIGIN_RATE_X], raw[P.ORIGIN_RATE_Y]) / r
+    rate = rate + np.hypot(raw[P.SLOPE_RATE_X], raw[P.SLOPE_RATE_Y]) * raw[P.HALF_LENGTH] / r
     steps = np.where(np.isfinite(rate), 0.5 * rate * duration, 0.0)
     return np.ceil(np.clip(steps, 4.0, _MOST_STEPS // 4))
 
@@ -92,6 +96,33 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy) 
                 steps = max(wanted, steps + 1)
                 coarse = results(steps)
                 continue
+        steps, coarse = 2 * steps, fine
+
+
+def _pilot_one_sided(raw, draft: Plan, forces, duration) -> Plan:
+    """The same where the wall only pushes.
+
+    Impacts amplify what a step leaves: however short it is, halved steps part company after some impacts. A motion is
+    therefore judged by halving while that helps, and by its energy balance alone where the balance is at rounding; how many
+    motions are of the second kind is ``chaotic``.
+    """
+    target = _PILOT_SHARE * draft.accuracy
+
+    def results(steps):
+        return integrate(raw, replace(draft, steps=steps), forces, duration, "stop", False)
+
+    steps = int(_first_guess(raw, duration).max())
+    coarse = results(steps)
+    while True:
+        fine = results(2 * steps)
+        errors = one_sided_difference(coarse, fine, raw[P.RADIUS])
+        balance = np.where(np.isfinite(coarse[R.ENERGY_ERROR]), coarse[R.ENERGY_ERROR], np.inf)
+        known = (errors <= target) & (balance <= target)
+        chaotic = ~known & (balance <= _EXACT_BALANCE)
+        if (known | chaotic).all() or 2 * steps >= _MOST_STEPS:
+            error = float(np.where(known, errors, balance).max())
+            unresolved = int((~known & ~chaotic).sum())
+            return replace(draft, steps=steps, pilot_error=error, unresolved=unresolved, chaotic=int(chaotic.sum()))
         steps, coarse = 2 * steps, fine
 
 
@@ -154,12 +185,19 @@ def plan_integration(
     raw, code = pack({**scene.scalars, **columns}, max((len(c) for c in columns.values()), default=1))
     if not (code == R.OK).any():
         return draft
+    if features.free:
+        code[(code == R.OK) & ~has_room(raw, draft)] = GEOMETRY_INVALID
+    if not (code == R.OK).any():
+        return draft
     raw = np.ascontiguousarray(raw[:, code == R.OK])
     drafts = [replace(draft, method=name) for name in (METHODS if method == "auto" else (method,))]
     with np.errstate(all="ignore"):
-        plans = [_pilot(raw, each, forces, scene.duration, on_contact_loss, project_energy) for each in drafts]
+        if features.one_sided:
+            plans = [_pilot_one_sided(raw, each, forces, scene.duration) for each in drafts]
+        else:
+            plans = [_pilot(raw, each, forces, scene.duration, on_contact_loss, project_energy) for each in drafts]
     best = min(plans, key=lambda plan: plan.steps * TABLEAUX[plan.method].stages)
-    return replace(best, halving=halving or (best.unresolved > 0 and formulation == "slope"))
+    return replace(best, halving=halving or (best.unresolved > 0 and formulation == "slope" and not features.one_sided))
 
 
 def _check_choices(scene: Scene, method: str, formulation: str, on_contact_loss: str, slope_only: bool) -> None:
@@ -168,5 +206,24 @@ def _check_choices(scene: Scene, method: str, formulation: str, on_contact_loss:
     choice("on_contact_loss", on_contact_loss, ON_CONTACT_LOSS)
     if formulation != "slope" and scene.joint.section == "exact":
         raise ValueError(f"formulation = {formulation!r} knows the circle only; with section = 'exact' use 'slope'.")
+    if scene.joint.restitution is not None:
+        _check_one_sided(formulation, on_contact_loss, slope_only)
+    elif on_contact_loss == "follow":
+        raise ValueError("on_contact_loss = 'follow' needs impacts; give Joint(restitution=...), 0 to 1.")
     if formulation != "slope" and slope_only:
         raise ValueError(f"project_energy and halving need formulation = 'slope', got {formulation!r}.")
+
+
+def _check_one_sided(formulation: str, on_contact_loss: str, slope_only: bool) -> None:
+    """What a wall that only pushes has no use for."""
+    if formulation != "slope":
+        raise ValueError(f"formulation = {formulation!r} knows no impacts; with restitution use 'slope'.")
+    if on_contact_loss not in ("stop", "follow"):
+        raise ValueError(
+            f"on_contact_loss = {on_contact_loss!r} is for a wall that holds the journal; with restitution the motion goes on "
+            "through flight and impacts. Leave it out."
+        )
+    if slope_only:
+        raise ValueError(
+            "project_energy and halving do not go with restitution: the energy balance watches every sample."
+        )

@@ -37,6 +37,8 @@ class Plan:
     halving: bool = False
     #: Motions among the pilot's for which no number of steps met the accuracy.
     unresolved: int = 0
+    #: Motions among the pilot's that impacts make chaotic: their energy balance is at rounding, halved steps still differ.
+    chaotic: int = 0
 
     def __post_init__(self) -> None:
         if isinstance(self.features, Mapping):  # as read back from a file

@@ -12,7 +12,8 @@ from tolmc.quantities import END_OUTPUTS, OUTPUTS
 from tolmc.shown import Shown
 from tolmc.simulation.block import block_columns
 from tolmc.simulation.integration import trace
-from tolmc.simulation.judge import SINGULAR_PSI, sentence
+from tolmc.simulation.judge import SINGULAR_PSI, leaves, sentence
+from tolmc.simulation.one_sided import flown, no_events
 from tolmc.simulation.outputs import scene_outputs
 from tolmc.simulation.packing import pack
 from tolmc.simulation.pilot import plan_integration
@@ -27,6 +28,10 @@ class Trajectory(Shown):
     ``time`` (n,) s, ``origin`` (n, 2) m, ``axis`` (n, 3), ``contact_force`` (n, 2) N_D and N_E in N, ``multipliers`` (n, 2) in
     the formulation's own rows, ``tilt`` (n,) rad, ``energy`` (n,) J, ``status`` "ok" or what happened and when, ``scene`` what
     moved so.
+    ``closed`` (n, 2) bool, whether D and E are on the wall. A motion that leaves the wall has two rows at every event, before
+    and after it, and its multipliers are the contact forces. ``events``: a record array with ``time`` (s), ``kind`` ("impact",
+    "release" or "closing"), ``ends`` that take part ("D", "E", "DE"), and ``impulse`` (N s) and ``speed`` of approach (m/s),
+    at D and at E.
     """
 
     time: np.ndarray
@@ -37,6 +42,8 @@ class Trajectory(Shown):
     tilt: np.ndarray
     energy: np.ndarray
     status: str
+    closed: np.ndarray
+    events: np.recarray
     scene: Scene | None = None
 
     def __repr__(self) -> str:
@@ -59,6 +66,7 @@ class Trajectory(Shown):
                 "contact_force_E": self.contact_force[:, 1],
                 "tilt": self.tilt,
                 "energy": self.energy,
+                **{f"closed_{end}": self.closed[:, side] for side, end in enumerate("DE")},
             }
         )
 
@@ -74,18 +82,23 @@ def simulate(
 ) -> Trajectory:
     """Integrate one motion and return it step by step.
 
-    Parameters as in :func:`simulate_many`. The model is two-sided: the motion goes on after a contact force has turned
-    negative, and the status says when that happened first.
+    Parameters as in :func:`simulate_many`. Without restitution the model is two-sided: the motion goes on after a contact
+    force has turned negative, and the status says when that happened first. With it the journal leaves the wall, flies and
+    hits it.
     """
+    on_loss = "continue" if scene.joint.restitution is None else "stop"
     plan = plan_integration(
         scene, step=step, method=method, formulation=formulation, accuracy=accuracy, outputs=(*OUTPUTS, *END_OUTPUTS),
-        on_contact_loss="continue", project_energy=project_energy,
+        on_contact_loss=on_loss, project_energy=project_energy,
     )  # fmt: skip
     raw, _ = pack(scene.scalars, 1)
     time = np.linspace(0.0, scene.duration, plan.steps + 1)
     outputs = scene_outputs(plan, project_energy)
-    summary = block_columns(scene, {}, 1, outputs, plan, "continue", project_energy)
+    summary = block_columns(scene, {}, 1, outputs, plan, on_loss, project_energy)
     status = sentence(summary, plan)
+    if plan.features.one_sided and leaves(summary):
+        with np.errstate(all="ignore"):
+            return _flown(scene, raw, plan, status)
     if plan.formulation != "slope":
         return _recorded(scene, raw, plan, summary, time, status)
     with np.errstate(all="ignore"):
@@ -109,6 +122,8 @@ def _recorded(
         tilt=tilt_of(records.axis[:rows]),
         energy=records.energy[:rows],
         status=status,
+        closed=np.ones((rows, 2), bool),
+        events=no_events(),
         scene=scene,
     )
 
@@ -131,5 +146,28 @@ def _traced(
         tilt=np.arctan(np.sqrt(np.maximum(w2, 0.0)) / length),
         energy=kinetic + potential + spin_energy,
         status=status,
+        closed=np.ones((len(time), 2), bool),
+        events=no_events(),
+        scene=scene,
+    )
+
+
+def _flown(scene: Scene, raw: np.ndarray, plan: Plan, status: str) -> Trajectory:
+    """The motion with flights and impacts."""
+    rows, events = flown(raw, plan, scene.duration)
+    norm = np.sqrt(1.0 + rows.slope[0] ** 2 + rows.slope[1] ** 2)
+    symmetric = not plan.features.general
+    spin_energy = 0.5 * scene.body.inertia[2, 2] * scene.motion.spin_rate**2 if symmetric else 0.0
+    return Trajectory(
+        time=rows.time,
+        origin=rows.origin.T.copy(),
+        axis=np.stack((rows.slope[0] / norm, rows.slope[1] / norm, 1.0 / norm), axis=1),
+        contact_force=rows.force.T.copy(),
+        multipliers=rows.force.T.copy(),
+        tilt=np.arctan(np.hypot(*rows.slope)),
+        energy=rows.energy + spin_energy,
+        status=status,
+        closed=rows.closed.T.copy(),
+        events=events,
         scene=scene,
     )

@@ -10,11 +10,11 @@ from typing import Any, Literal, cast
 from tolmc import quantities
 from tolmc.mechanism.operating import Operating
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
-from tolmc.quantities import JOINT, MASS_AND_CENTER
+from tolmc.quantities import JOINT, MASS_AND_CENTER, START
 from tolmc.study.derived import Derived, read_outputs
 from tolmc.study.dimensions import DimensionsTable
-from tolmc.study.fields import Faults, OwnUnit, check_names, in_section, place, short, validated
-from tolmc.study.sections import BodySection, LimitsSection, SpecificationSection, StudyFile
+from tolmc.study.fields import Faults, OwnUnit, check_names, form, in_section, place, short, validated
+from tolmc.study.sections import BodySection, LimitsSection, MotionSection, SpecificationSection, StudyFile
 from tolmc.study.unbalance import with_unbalance
 from tolmc.study.until import read_until
 
@@ -31,7 +31,10 @@ def study_fields(content: dict[str, Any], data_folder: Path) -> dict[str, Any]:
     dimensions = with_unbalance(file.dimensions, file.body.center_of_mass, file.motion.spin_rate)
     table = DimensionsTable(dimensions, data_folder)
     scene = _scene(file, content, table.joint)
-    settings = file.monte_carlo.model_dump()
+    with in_section("dimensions"):
+        for varied in table.entries:
+            scene.check_has(varied)
+    settings = file.monte_carlo.model_dump() | {"on_contact_loss": _on_contact_loss(file)}
     outputs = settings.pop("outputs")
     derived = read_outputs(file.outputs)
     if outputs is not None:
@@ -55,21 +58,50 @@ def study_fields(content: dict[str, Any], data_folder: Path) -> dict[str, Any]:
     }
 
 
+def _on_contact_loss(file: StudyFile) -> str:
+    """With restitution the motion is followed through flight and impacts, and without it it cannot be."""
+    given, follows = file.monte_carlo.on_contact_loss, file.contact.restitution is not None
+    field = f"{place('monte_carlo', 'on_contact_loss')} = {given!r}"
+    if follows and given in ("continue", "end"):
+        raise Faults(f"{field} is for a wall that holds the journal; with [contact] restitution leave it out.")
+    if given == "follow" and not follows:
+        raise Faults(f"{field} needs [contact] restitution, 0 to 1; add it.")
+    return "follow" if follows else given
+
+
 def _scene(file: StudyFile, content: dict[str, Any], joint: dict[str, float]) -> Scene:
     written = {name: content["dimensions"].get(name, content["dimensions"].get("fit")) for name in JOINT}
     with in_section("dimensions", written=written):
         joined = Joint(**joint, section=file.model.section)
+    with in_section("contact", written=content.get("contact")):
+        joined = replace(joined, **file.contact.model_dump())
     with in_section("body", written=content["body"]):
         body = _body(file.body)
     with in_section("loads", written=content.get("loads")):
         loads = Loads(**file.loads.model_dump())
     with in_section("motion", written=content["motion"]):
-        start = file.motion.model_dump()
-        scene = Scene(joined, body, loads, duration=start.pop("duration"), motion=Motion(**start))
+        scene = Scene(joined, body, loads, _motion(file.motion.model_dump(exclude_none=True)), file.motion.duration)
     if file.operating is None:
         return scene
     with in_section("operating"):
         return replace(scene, operating=Operating(**file.operating.model_dump()))
+
+
+def _motion(start: dict[str, Any]) -> Motion:
+    """The start on the wall, or within the clearance where its origin or slope is given."""
+    start.pop("duration")
+    free = "origin" in start or "slope" in start
+    needed, others = (("origin", "slope"), START) if free else (("alpha", "beta"), ("origin_rate", "slope_rate"))
+    missing = [name for name in needed if name not in start]
+    if missing:
+        written = [(name, form(MotionSection.model_fields[name])) for name in missing]
+        raise Faults(
+            *(f"{place('motion', name)} is missing; {how.remedy if how else 'add it'}." for name, how in written)
+        )
+    stray = [name for name in others if name in start]
+    if stray:
+        raise Faults(f"{place('motion', stray[0])} does not go with {' and '.join(needed)}; leave one of them out.")
+    return Motion.free(**start) if free else Motion(**start)
 
 
 def _body(section: BodySection) -> Body:

@@ -92,7 +92,11 @@ def material(table: Mapping[str, float], unit: str):
 
 
 def _three(item: Mapping[str, Any]) -> dict[str, Any]:
-    return {"type": "array", "items": dict(item), "minItems": 3, "maxItems": 3}
+    return _several(item, 3)
+
+
+def _several(item: Mapping[str, Any], count: int) -> dict[str, Any]:
+    return {"type": "array", "items": dict(item), "minItems": count, "maxItems": count}
 
 
 def quantity(unit: str, *, positive: bool = False, remedy: str | None = None):
@@ -154,6 +158,19 @@ def vector(unit: str):
 
     words = f'three values [x, y, z], each {units.kind(unit)}, such as "{units.example(unit)}"'
     return Annotated[tuple, BeforeValidator(read), Form(words, _three(quantity_schema(unit)))]
+
+
+def pair(unit: str):
+    """Type of a pair [x, y] in the SI unit ``unit``."""
+
+    def read(value: object) -> tuple[float, float]:
+        if not isinstance(value, list) or len(value) != 2:
+            raise ValueError(f"expected two values [x, y]; for each {units.remedy(unit)}")
+        x, y = (units.read(v, unit) for v in value)
+        return x, y
+
+    words = f"two values [x, y], each {units.kind(unit)}"
+    return Annotated[tuple, BeforeValidator(read), Form(words, _several(quantity_schema(unit), 2))]
 
 
 def _read_inertia(value: object) -> tuple:

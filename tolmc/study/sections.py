@@ -22,6 +22,7 @@ from tolmc.study.fields import (
     Section,
     material,
     own_unit,
+    pair,
     quantity,
     share,
     vector,
@@ -159,6 +160,16 @@ class _Cylinder(Section):
     """Its length along the axis."""
 
 
+class _Contact(Section):
+    """What happens where the journal leaves the wall; without restitution the wall holds it."""
+
+    restitution: quantity("1") | None = None
+    """Speed after an impact over speed before, 0 to 1: the wall only pushes, and the motion goes on through flight and
+    impacts."""
+    contact_stiffness: quantity("N/m^1.5", positive=True) | None = None
+    """Hertz's stiffness K between journal and wall, F = K δ^1.5, for the peak forces of impacts."""
+
+
 class BodySection(Section):
     """The rigid body that turns in the bearing: journal and all that is fixed to it."""
 
@@ -187,17 +198,26 @@ class _Loads(Section):
     """A torque of fixed direction."""
 
 
-class _Motion(Section):
+class MotionSection(Section):
     """The start of the motion, and how long it lasts. The journal's axis leaves the bearing at D (Z = +L) and E (Z = -L)."""
 
-    alpha: quantity("rad")
-    """Polar angle of D, from X towards Y: -90 deg is the bottom of a horizontal bore."""
-    beta: quantity("rad")
+    alpha: quantity("rad") | None = None
+    """Polar angle of D, from X towards Y: -90 deg is the bottom of a horizontal bore. With `beta`, a start on the wall."""
+    beta: quantity("rad") | None = None
     """Polar angle of E."""
-    alpha_rate: quantity("rad/s") = 0.0
-    """Rate of alpha."""
-    beta_rate: quantity("rad/s") = 0.0
-    """Rate of beta."""
+    alpha_rate: quantity("rad/s") | None = None
+    """Rate of alpha; 0 when not given."""
+    beta_rate: quantity("rad/s") | None = None
+    """Rate of beta; 0 when not given."""
+    origin: pair("m") | None = None
+    """In place of alpha and beta, with `[contact] restitution`: where the journal's axis crosses the middle plane, anywhere
+    within the clearance."""
+    slope: pair("1") | None = None
+    """With `origin`: dX/dZ and dY/dZ of the journal's axis."""
+    origin_rate: pair("m/s") | None = None
+    """Rate of origin; 0 when not given."""
+    slope_rate: pair("1/s") | None = None
+    """Rate of slope; 0 when not given."""
     spin: quantity("rad") = 0.0
     """Turn of the body about its axis."""
     spin_rate: quantity("rad/s") = 0.0
@@ -266,7 +286,7 @@ class MonteCarloSection(Section):
     """Runge-Kutta method."""
     on_contact_loss: Literal[quantities.ON_CONTACT_LOSS] = "stop"
     """What happens where the journal leaves the wall: the outputs "stop" there, the motion may "continue" with a wall that
-    pulls, or the sample may "end"."""
+    pulls, or the sample may "end"; "follow", through flight and impacts, is what `[contact] restitution` does."""
     project_energy: StrictBool = False
     """Whether every step is brought back to the energy at the start (and what the loads have done since)."""
     halving: StrictBool = False
@@ -335,7 +355,8 @@ class StudyFile(Section):
     """Correlation of two dimensions' standard normal scores (a Gaussian copula): `bearing_radius.journal_radius = 0.5`."""
     body: BodySection
     loads: _Loads = _Loads()
-    motion: _Motion
+    motion: MotionSection
+    contact: _Contact = _Contact()
     operating: OperatingSection | None = None
     model: _Model = _Model()
     monte_carlo: MonteCarloSection = MonteCarloSection()

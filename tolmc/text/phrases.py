@@ -48,6 +48,7 @@ AFTER_LOSS = {
     "stop": "their outputs hold up to that instant, and what follows is not known",
     "end": "their motion ends there, as the study has it",
     "continue": "they go on as if the wall could pull, as the study has it",
+    "follow": "they are followed through flight and impacts",
 }
 
 

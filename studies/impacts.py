@@ -1,0 +1,165 @@
+"""Motions with impacts: run time against error beside SciPy's events, restitution measured, and how busy the lanes are.
+
+    python studies/impacts.py [--quick] [--figures DIR]
+
+The motion is a journal dropped from the middle of the paper's joint with varied bores, followed to between its third and its
+fourth impact. Both methods are timed in one process, the least processor time counts; the error is that of the pose at the
+end, against SciPy at rounding level. Then the restitution measured, and on longer motions how busy the lanes are and how many
+rounds an impact takes beside the steps. Prints the tables and writes figures/impacts.png.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+from impact_peer import scipy_pose
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from study_tools import BLUE, ORANGE, STYLE, arguments, show
+
+from tolmc.kernels.one_sided import engine, layout
+from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
+from tolmc.quantities import END_OUTPUTS
+from tolmc.simulation import one_sided
+from tolmc.simulation.ensemble import simulate_many
+from tolmc.simulation.packing import pack
+from tolmc.simulation.pilot import plan_integration
+from tolmc.simulation.trajectory import simulate
+
+BODY = Body(0.5, (0, 0, 0.004), (4.08e-4, 4.08e-4, 1.2e-4))
+START = Motion.free((0.001, 0.002), (0.15, -0.05), (0.05, 0.0), (0.0, 5.0), spin_rate=60.0)
+#: Between the third impact of every bore and its fourth.
+DROPPED = Scene(Joint(0.02, 0.01, 0.02, restitution=0.6), BODY, Loads((0, -9.81, 0)), START, 0.0945)
+CHECKED = 6
+
+
+def bores(n: int) -> np.ndarray:
+    """Bearing radii, m."""
+    return np.random.default_rng(1).uniform(0.01999, 0.02001, n)
+
+
+def poses(radii: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """(X0, Y0, u, v) over r at the end, and r."""
+    found = simulate_many(
+        DROPPED, bearing_radius=radii, journal_radius=0.01, half_length=0.02, step=DROPPED.duration / steps,
+        outputs=("effective_radius", *END_OUTPUTS),
+    )  # fmt: skip
+    if not found.status.eq("ok").all():
+        raise RuntimeError(f"{(found.status != 'ok').sum()} motions failed")
+    radius = found.effective_radius.to_numpy()
+    offset = (
+        DROPPED.joint.half_length * found[["axis_x_end", "axis_y_end"]].to_numpy() / found[["axis_z_end"]].to_numpy()
+    )
+    origin = found[["origin_x_end", "origin_y_end"]].to_numpy()
+    return np.concatenate((origin, offset), axis=1) / radius[:, None], radius
+
+
+def best_time(call: Callable[[], object], times: int) -> float:
+    """Least processor time of a call, s."""
+    taken = []
+    for _ in range(times):
+        began = time.process_time()
+        call()
+        taken.append(time.process_time() - began)
+    return min(taken)
+
+
+def against_scipy(quick: bool) -> pd.DataFrame:
+    """Error and time a motion of both methods, a row a setting."""
+    radii = bores(1024 if quick else 8192)
+    _, radius = poses(radii[:CHECKED], 8)
+    exact = np.array([scipy_pose(DROPPED, r, 1e-13) for r in radius])
+    rows = []
+    for steps in (8, 12, 16, 24, 32, 48, 64)[:: 3 if quick else 1]:
+        error = np.abs(poses(radii[:CHECKED], steps)[0] - exact).max()
+        seconds = best_time(lambda steps=steps: poses(radii, steps), 2 if quick else 5) / len(radii)
+        rows.append({"method": "tolmc", "setting": f"{steps} steps", "error": error, "seconds": seconds})
+    for tolerance in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)[:: 3 if quick else 1]:
+        error = np.abs(np.array([scipy_pose(DROPPED, r, tolerance) for r in radius]) - exact).max()
+        seconds = best_time(lambda tolerance=tolerance: scipy_pose(DROPPED, radius[0], tolerance), 3 if quick else 9)
+        rows.append({"method": "SciPy DOP853", "setting": f"rtol {tolerance:g}", "error": error, "seconds": seconds})
+    return pd.DataFrame(rows)
+
+
+def ratio_at(table: pd.DataFrame, error: float) -> float:
+    """Times faster at equal error, between each method's settings log against log."""
+    times = []
+    for _, rows in table.groupby("method", sort=False):
+        rows = rows.sort_values("error")
+        times.append(np.exp(np.interp(np.log(error), np.log(rows["error"]), np.log(rows["seconds"]))))
+    return times[1] / times[0]
+
+
+def restitutions() -> pd.DataFrame:
+    """Restitution asked for, and measured at the first impact: square root of the share of the normal energy that is left."""
+    rows = []
+    for asked in (0.0, 0.25, 0.5, 0.75, 1.0):
+        scene = replace(DROPPED, joint=replace(DROPPED.joint, restitution=asked), duration=0.045)
+        motion = simulate(scene, step=1e-3)
+        before, after = np.flatnonzero(motion.time == motion.events.time[0])[:2]
+        lost = motion.energy[before] - motion.energy[after]
+        side = "DE".index(motion.events.ends[0])
+        impulse, speed = motion.events.impulse[0][side], motion.events.speed[0][side]
+        # The impulse is (1 + e) m gamma in the multiplier's direction, the energy (1 - e^2) m gamma^2/2.
+        slant = 2.0 * lost / (impulse * speed)
+        rows.append(
+            {"asked": asked, "impulse (N s)": impulse, "speed (m/s)": speed, "energy lost (J)": lost, "1 - e": slant}
+        )
+    return pd.DataFrame(rows)
+
+
+def utilisation(quick: bool) -> pd.DataFrame:
+    """Rounds of lanes that have a motion, of all rounds, and rounds beyond the steps for each impact."""
+    steps, scene, rows = 100, replace(DROPPED, duration=0.25), []
+    nominal = scene.scalars
+    plan = plan_integration(scene, {"bearing_radius": (0.01999, 0.02001)}, step=scene.duration / steps)
+    for n in (64, 512, 4096)[: 2 if quick else 3]:
+        raw, _ = pack({**nominal, "bearing_radius": bores(n)}, n)
+        found, counts = np.empty((layout.RESULTS, n)), np.zeros(3, np.int64)
+        nothing = np.empty((layout.RECORD, 0)), np.empty((layout.EVENT, 0))
+        given = one_sided.given(raw, plan)
+        call = (raw, given, steps, scene.duration, 10**6, 1e-6, found, counts, *nothing, None, None, None, None)
+        engine.integrate(*call)
+        busy, all_rounds = found[layout.R_ROUNDS].sum(), counts[0] * layout.WIDTH
+        seconds = best_time(lambda call=call: engine.integrate(*call), 3)
+        impacts = found[[layout.R_COUNT_D, layout.R_COUNT_E]].sum()
+        rows.append({
+            "samples": n, "lanes busy": busy / all_rounds, "impacts a motion": impacts / n,
+            "rounds an impact": (busy - n * steps) / impacts, "ns a lane and round": 1e9 * seconds / all_rounds,
+        })  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def draw(table: pd.DataFrame) -> Figure:
+    """Time a motion against error."""
+    with rc_context(STYLE):
+        figure = Figure(figsize=(6.4, 4.4), layout="constrained")
+        axis = figure.add_subplot(xscale="log", yscale="log")
+        for (method, rows), colour in zip(table.groupby("method", sort=False), (BLUE, ORANGE), strict=True):
+            axis.plot(rows["error"], rows["seconds"], marker="o", color=colour, label=method)
+        axis.set_title("A motion with three impacts")
+        axis.set_xlabel("error of the pose after the third impact, over r")
+        axis.set_ylabel("processor time a motion (s)")
+        axis.legend()
+    return figure
+
+
+def main() -> None:
+    options = arguments(__doc__)
+    table = against_scipy(options.quick)
+    show("Pose after the third impact", table, {"error": ".1e", "seconds": ".2e"})
+    for error in (1e-6, 1e-8):
+        print(f"at an error of {error:g}: {ratio_at(table, error):,.0f} times faster than SciPy's events")
+    formats = {"impulse (N s)": ".9f", "speed (m/s)": ".9f", "energy lost (J)": ".9f", "1 - e": ".12f"}
+    show("Restitution asked for and measured", restitutions(), formats)
+    formats = {"lanes busy": ".3f", "impacts a motion": ".1f", "rounds an impact": ".2f", "ns a lane and round": ".0f"}
+    show("Lanes", utilisation(options.quick), formats)
+    draw(table).savefig(options.figures / "impacts.png", dpi=150)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Motions with one-sided contact: the wall pushes, it never pulls."""

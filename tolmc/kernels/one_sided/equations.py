@@ -1,0 +1,276 @@
+"""The equations of motion in every mode of contact, assembled from a body, a section and friction.
+
+With the gaps' rows G, the directions H = G^T + q T of the contacts' generalised forces (T: friction per unit normal force, q
+the normal force per unit multiplier), and lambda >= 0:
+
+    M a = f + H lambda,   G a = -g''_0 for closed contacts,   A = G M^-1 H
+
+The 2 x 2 system for lambda has 1 on the diagonal and 0 beside it where a contact is open: one straight line for all modes, lane
+by lane.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from tolmc.kernels import parameters as P
+from tolmc.kernels.jit import device
+from tolmc.kernels.one_sided import circle, exact, general, symmetric
+from tolmc.kernels.one_sided import layout as at
+from tolmc.kernels.one_sided.friction import sliding
+
+
+class Equations(NamedTuple):
+    """Device functions of one kind of scene, and what they need."""
+
+    state: int
+    coefficients: int
+    samples: int
+    spins: bool
+    works: bool
+    rubs: bool
+    far: float
+    unit: bool
+    prepare: object
+    start: object
+    advance: object
+    look: object
+    system: object
+    kick: object
+    project: object
+
+
+def _given(section, body, spins):
+    """Device functions that take a sample's scalars and start into its lane."""
+    size, body_prepare, orient = section.size, body.prepare, body.orient
+
+    @device
+    def prepare(raw, given, i, coef, lane, width):
+        """Coefficients of lane ``lane`` from column ``i`` of the parameters."""
+        c, length, mass = size(raw, i), raw[P.HALF_LENGTH, i], raw[P.MASS, i]
+        coef[at.C * width + lane], coef[at.FORCE * width + lane] = c, mass * c
+        coef[at.ENERGY * width + lane] = mass * c * c
+        coef[at.KAPPA * width + lane], coef[at.KAPPA2 * width + lane] = c / length, (c / length) ** 2
+        coef[at.ROUND * width + lane] = raw[P.JOURNAL_RADIUS, i] / c
+        coef[at.BOUNCE * width + lane] = given[at.RESTITUTION, i]
+        coef[at.HERTZ * width + lane] = given[at.STIFFNESS, i]
+        coef[at.MU * width + lane], coef[at.SLIP * width + lane] = given[at.FRICTION, i], given[at.SLIP_SPEED, i] / c
+        coef[at.REST_HEIGHT * width + lane] = given[at.REST, i]
+        z, z_force, force = raw[P.COM_Z, i], raw[P.POINT_Z, i] / mass, 1.0 / (mass * c)
+        gx, gy, gz = raw[P.GRAVITY_X, i], raw[P.GRAVITY_Y, i], raw[P.GRAVITY_Z, i]
+        kx, ky, kz = raw[P.FORCE_X, i], raw[P.FORCE_Y, i], raw[P.FORCE_Z, i]
+        coef[at.FX * width + lane], coef[at.FY * width + lane] = gx / c + kx * force, gy / c + ky * force
+        coef[at.GX * width + lane] = (z * gx + z_force * kx) / (c * length)
+        coef[at.GY * width + lane] = (z * gy + z_force * ky) / (c * length)
+        coef[at.GZ * width + lane] = (z * gz + z_force * kz) / (c * c)
+        body_prepare(raw, given, i, coef, lane, width)
+
+    @device
+    def start(given, i, y, coef, lane, width):
+        """State at the start; both contacts open until the caller has looked."""
+        per_c = 1.0 / coef[at.C * width + lane]
+        for component in range(8):
+            y[component * width + lane] = per_c * given[at.START_X + component, i]
+        if spins:
+            y[at.SPIN_RATE * width + lane] = given[at.OMEGA, i]
+        else:
+            coef[at.OMEGA_FIXED * width + lane] = given[at.OMEGA, i]
+        orient(y, given, i, lane, width)
+        coef[at.CLOSED_D * width + lane], coef[at.CLOSED_E * width + lane] = 0.0, 0.0
+
+    return prepare, start
+
+
+def build(section, body, rubs: bool) -> Equations:
+    """The equations of one kind of scene."""
+    spins = body.SPINS or rubs
+    works = body.SPINS or rubs
+    touch, free, solve, energies, turn = section.touch, body.free, body.solve, body.energies, body.turn
+    normalise = body.normalise
+    prepare, start = _given(section, body, spins)
+    state = max(body.STATE, at.SPIN_RATE + 1 if spins else 0)
+    turns = body.STATE > at.COS
+
+    @device
+    def system(y, coef, lane, width):
+        """Everything about one lane that does not depend on which contacts are closed."""
+        ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+        ux, uy, vx, vy = y[4 * width + lane], y[5 * width + lane], y[6 * width + lane], y[7 * width + lane]
+        spin = y[at.SPIN_RATE * width + lane] if spins else coef[at.OMEGA_FIXED * width + lane]
+        kappa = coef[at.KAPPA * width + lane]
+        sx, sy, tx, ty = kappa * wx, kappa * wy, kappa * vx, kappa * vy
+        ax, ay, bx, by, a_spin, factors = free(y, spin, coef, lane, width)
+        ndx, ndy, ld, qd, gap_d, bias_d = touch(ox + wx, oy + wy, ux + vx, uy + vy, sx, sy, tx, ty, coef, lane, width)
+        nex, ney, le, qe, gap_e, bias_e = touch(
+            ox - wx, oy - wy, ux - vx, uy - vy, -sx, -sy, -tx, -ty, coef, lane, width
+        )
+        mdx, mdy, mex, mey = ld * ndx, ld * ndy, -le * nex, -le * ney
+        rate_d = -(ndx * ux + ndy * uy + mdx * vx + mdy * vy)
+        rate_e = -(nex * ux + ney * uy + mex * vx + mey * vy)
+        acc_d = bias_d - (ndx * ax + ndy * ay + mdx * bx + mdy * by)
+        acc_e = bias_e - (nex * ax + ney * ay + mex * bx + mey * by)
+        hd0, hd1, hd2, hd3, hd4 = -ndx, -ndy, -mdx, -mdy, 0.0
+        he0, he1, he2, he3, he4 = -nex, -ney, -mex, -mey, 0.0
+        power_d, power_e, slide_d, slide_e, torque_d, torque_e = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        if rubs:
+            round_ = coef[at.ROUND * width + lane]
+            f_e, f_b, v_e, v_b, b_x, b_y, e_x, e_y, arm_x, arm_y = sliding(
+                ndx, ndy, ld, sx, sy, tx, ty, ux, uy, vx, vy, spin, coef, lane, width
+            )
+            hd0, hd1 = hd0 + qd * (f_e * e_x + f_b * b_x), hd1 + qd * (f_e * e_y + f_b * b_y)
+            hd2, hd3 = hd2 + qd * (ld * f_b * b_x - f_e * arm_x), hd3 + qd * (ld * f_b * b_y - f_e * arm_y)
+            torque_d = -round_ * f_b
+            hd4 = qd * kappa * torque_d
+            power_d, slide_d = f_e * v_e + f_b * v_b, v_e * v_e + v_b * v_b
+            f_e, f_b, v_e, v_b, b_x, b_y, e_x, e_y, arm_x, arm_y = sliding(
+                nex, ney, le, -sx, -sy, -tx, -ty, ux, uy, -vx, -vy, spin, coef, lane, width
+            )
+            he0, he1 = he0 + qe * (f_e * e_x + f_b * b_x), he1 + qe * (f_e * e_y + f_b * b_y)
+            he2, he3 = he2 - qe * (le * f_b * b_x - f_e * arm_x), he3 - qe * (le * f_b * b_y - f_e * arm_y)
+            torque_e = -round_ * f_b
+            he4 = qe * kappa * torque_e
+            power_e, slide_e = f_e * v_e + f_b * v_b, v_e * v_e + v_b * v_b
+        pd = solve(hd0, hd1, hd2, hd3, hd4, factors)
+        pe = solve(he0, he1, he2, he3, he4, factors)
+        a_dd = -(ndx * pd[0] + ndy * pd[1] + mdx * pd[2] + mdy * pd[3])
+        a_de = -(ndx * pe[0] + ndy * pe[1] + mdx * pe[2] + mdy * pe[3])
+        a_ed = -(nex * pd[0] + ney * pd[1] + mex * pd[2] + mey * pd[3])
+        a_ee = -(nex * pe[0] + ney * pe[1] + mex * pe[2] + mey * pe[3])
+        return (
+            (ax, ay, bx, by, a_spin), pd, pe, (a_dd, a_de, a_ed, a_ee), (acc_d, acc_e), (gap_d, gap_e), (rate_d, rate_e),
+            (qd, qe), (power_d, power_e, slide_d, slide_e, torque_d, torque_e), spin,
+            (hd0, hd1, hd2, hd3, hd4), (he0, he1, he2, he3, he4),
+        )  # fmt: skip
+
+    @device
+    def multipliers(a, acc, coef, lane, width):
+        """lambda_D, lambda_E of the closed contacts, 0 of the open ones."""
+        a_dd, a_de, a_ed, a_ee = a
+        d, e = coef[at.CLOSED_D * width + lane] > 0.0, coef[at.CLOSED_E * width + lane] > 0.0
+        a_dd, a_ee = a_dd if d else 1.0, a_ee if e else 1.0
+        a_de, a_ed = a_de if d and e else 0.0, a_ed if d and e else 0.0
+        r_d, r_e = -acc[0] if d else 0.0, -acc[1] if e else 0.0
+        inverse = 1.0 / (a_dd * a_ee - a_de * a_ed)
+        return (a_ee * r_d - a_de * r_e) * inverse, (a_dd * r_e - a_ed * r_d) * inverse
+
+    @device
+    def rates(y, h, f, first, lane, width, a, pd, pe, l_d, l_e, spin, coef):
+        """h times the state's rates into ``f[first:]``."""
+        for c in range(4):
+            f[first + c * width + lane] = h * y[(c + 4) * width + lane]
+            f[first + (c + 4) * width + lane] = h * (a[c] + l_d * pd[c] + l_e * pe[c])
+        if spins:
+            rate = a[4] + l_d * pd[4] + l_e * pe[4]
+            f[first + at.SPIN_RATE * width + lane] = h * coef[at.KAPPA * width + lane] * rate
+        if turns:
+            turn(y, spin, h, f, first, coef, lane, width)
+
+    @device
+    def advance(y, coef, h, k, first, samples, row, lane, width):
+        """h y' into ``k[first:]`` and what the statistics want of this stage into ``samples[row:]``."""
+        a, pd, pe, matrix, acc, _, _, q, rub, spin, _, _ = system(y, coef, lane, width)
+        l_d, l_e = multipliers(matrix, acc, coef, lane, width)
+        rates(y, h, k, first, lane, width, a, pd, pe, l_d, l_e, spin, coef)
+        n_d, n_e = q[0] * l_d, q[1] * l_e
+        wx, wy = y[2 * width + lane], y[3 * width + lane]
+        samples[row + lane], samples[row + width + lane] = n_d, n_e
+        samples[row + 2 * width + lane] = wx * wx + wy * wy
+        if works:
+            _, _, power = energies(y, spin, spins, coef, lane, width)
+            heat = n_d * rub[0] + n_e * rub[1]
+            samples[row + at.S_POWER * width + lane] = power + heat
+            if rubs:
+                samples[row + at.S_SLIP_D * width + lane] = n_d * rub[2] ** 0.5
+                samples[row + at.S_SLIP_E * width + lane] = n_e * rub[3] ** 0.5
+                samples[row + at.S_HEAT * width + lane] = -heat
+                samples[row + at.S_TORQUE * width + lane] = n_d * rub[4] + n_e * rub[5]
+                slip2 = coef[at.SLIP * width + lane] ** 2
+                samples[row + at.S_SLOW * width + lane] = (
+                    1.0 if (n_d > 0.0 and rub[2] < slip2) or (n_e > 0.0 and rub[3] < slip2) else 0.0
+                )
+
+    @device
+    def look(y, coef, f, seen, lane, width):
+        """y' into ``f``, and gaps, forces and energies into ``seen``."""
+        a, pd, pe, matrix, acc, gap, rate, q, rub, spin, _, _ = system(y, coef, lane, width)
+        l_d, l_e = multipliers(matrix, acc, coef, lane, width)
+        rates(y, 1.0, f, 0, lane, width, a, pd, pe, l_d, l_e, spin, coef)
+        a_dd, a_de, a_ed, a_ee = matrix
+        n_d, n_e = q[0] * l_d, q[1] * l_e
+        seen[at.N_D * width + lane], seen[at.N_E * width + lane] = n_d, n_e
+        seen[at.GAP_D * width + lane], seen[at.GAP_E * width + lane] = gap[0], gap[1]
+        seen[at.RATE_D * width + lane], seen[at.RATE_E * width + lane] = rate[0], rate[1]
+        seen[at.ACC_D * width + lane] = acc[0] + a_dd * l_d + a_de * l_e
+        seen[at.ACC_E * width + lane] = acc[1] + a_ed * l_d + a_ee * l_e
+        wx, wy = y[2 * width + lane], y[3 * width + lane]
+        seen[at.W2 * width + lane] = wx * wx + wy * wy
+        seen[at.W2_RATE * width + lane] = 2.0 * (wx * y[6 * width + lane] + wy * y[7 * width + lane])
+        kinetic, potential, power = energies(y, spin, spins, coef, lane, width)
+        seen[at.KINETIC * width + lane], seen[at.POTENTIAL * width + lane] = kinetic, potential
+        if works:
+            heat = n_d * rub[0] + n_e * rub[1]
+            seen[at.POWER * width + lane] = power + heat
+            if rubs:
+                seen[at.SLIP_D * width + lane], seen[at.SLIP_E * width + lane] = (
+                    n_d * rub[2] ** 0.5,
+                    n_e * rub[3] ** 0.5,
+                )
+                seen[at.HEAT * width + lane], seen[at.TORQUE * width + lane] = -heat, n_d * rub[4] + n_e * rub[5]
+                slip2 = coef[at.SLIP * width + lane] ** 2
+                d, e = coef[at.CLOSED_D * width + lane] > 0.0, coef[at.CLOSED_E * width + lane] > 0.0
+                margin = min(a_dd if d else 1.0, a_ee if e else 1.0)
+                seen[at.MARGIN * width + lane] = min(margin, a_dd * a_ee - a_de * a_ed) if d and e else margin
+                seen[at.SLOW * width + lane] = (
+                    1.0 if (n_d > 0.0 and rub[2] < slip2) or (n_e > 0.0 and rub[3] < slip2) else 0.0
+                )
+
+    @device
+    def kick(y, l_d, l_e, pd, pe, coef, lane, width):
+        """Change the speeds by the impulses lambda."""
+        for c in range(4):
+            y[(c + 4) * width + lane] += l_d * pd[c] + l_e * pe[c]
+        if spins:
+            y[at.SPIN_RATE * width + lane] += coef[at.KAPPA * width + lane] * (l_d * pd[4] + l_e * pe[4])
+
+    @device
+    def project(y, coef, on_d, on_e, lane, width):
+        """Pose and speeds put back on the closed contacts along their rows; Newton's iteration, quadratic."""
+        kappa = coef[at.KAPPA * width + lane]
+        for last in range(2):
+            ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+            ux, uy, vx, vy = y[4 * width + lane], y[5 * width + lane], y[6 * width + lane], y[7 * width + lane]
+            sx, sy, tx, ty = kappa * wx, kappa * wy, kappa * vx, kappa * vy
+            ndx, ndy, ld, _, gap_d, _ = touch(ox + wx, oy + wy, ux + vx, uy + vy, sx, sy, tx, ty, coef, lane, width)
+            nex, ney, le, _, gap_e, _ = touch(ox - wx, oy - wy, ux - vx, uy - vy, -sx, -sy, -tx, -ty, coef, lane, width)
+            mdx, mdy, mex, mey = ld * ndx, ld * ndy, -le * nex, -le * ney
+            # G G^T
+            g_dd = (ndx * ndx + ndy * ndy) * (1.0 + ld * ld) if on_d else 1.0
+            g_ee = (nex * nex + ney * ney) * (1.0 + le * le) if on_e else 1.0
+            g_de = (ndx * nex + ndy * ney) * (1.0 - ld * le) if on_d and on_e else 0.0
+            inverse = 1.0 / (g_dd * g_ee - g_de * g_de)
+            miss_d, miss_e = gap_d if on_d else 0.0, gap_e if on_e else 0.0
+            l_d, l_e = (g_ee * miss_d - g_de * miss_e) * inverse, (g_dd * miss_e - g_de * miss_d) * inverse
+            y[lane], y[width + lane] = ox + l_d * ndx + l_e * nex, oy + l_d * ndy + l_e * ney
+            y[2 * width + lane], y[3 * width + lane] = wx + l_d * mdx + l_e * mex, wy + l_d * mdy + l_e * mey
+            # The second time the pose is right to more than rounding, and the rows with it.
+            miss_d = -(ndx * ux + ndy * uy + mdx * vx + mdy * vy) if on_d and last else 0.0
+            miss_e = -(nex * ux + ney * uy + mex * vx + mey * vy) if on_e and last else 0.0
+            l_d, l_e = (g_ee * miss_d - g_de * miss_e) * inverse, (g_dd * miss_e - g_de * miss_d) * inverse
+            y[4 * width + lane], y[5 * width + lane] = ux + l_d * ndx + l_e * nex, uy + l_d * ndy + l_e * ney
+            y[6 * width + lane], y[7 * width + lane] = vx + l_d * mdx + l_e * mex, vy + l_d * mdy + l_e * mey
+        normalise(y, lane, width)
+
+    samples = 9 if rubs else 4 if works else 3
+    return Equations(
+        state, body.COEFFICIENTS, samples, spins, works, rubs, section.FAR, section.UNIT,
+        prepare, start, advance, look, system, kick, project,
+    )  # fmt: skip
+
+
+#: By (exact section, general body, friction).
+EQUATIONS = {
+    (is_exact, is_general, rubs): build(exact if is_exact else circle, general if is_general else symmetric, rubs)
+    for is_exact in (False, True)
+    for is_general in (False, True)
+    for rubs in (False, True)
+}

@@ -1,0 +1,105 @@
+"""One round of a block: a step of every lane's own length, and what is seen at its end.
+
+The first stage is known from the end of the step before, the last evaluation of a round is at the step's end, so that a round
+has as many as the formula has stages.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tolmc.kernels.jit import device, routine
+from tolmc.kernels.one_sided import layout as at
+from tolmc.kernels.one_sided.equations import Equations
+from tolmc.kernels.one_sided.layout import WIDTH
+from tolmc.kernels.tableaux import (
+    CLASSICAL,
+    DORMAND_PRINCE,
+    midpoint_rk4,
+    stage_argument_rk4,
+    stage_argument_rk8,
+    step_end_rk4,
+    step_end_rk8,
+)
+
+
+class Stepper(NamedTuple):
+    """Device functions of a formula on given equations."""
+
+    stages: int
+    step: object
+    look: object
+    looked_samples: object
+    quadrature: object
+
+
+#: Places in a step at which a force is known: the formula's own samples, the last one at the end itself.
+POSITIONS_8, POSITIONS_4 = np.array(DORMAND_PRINCE.positions), np.array(CLASSICAL.positions)
+FIT_8, FIT_4 = (np.linalg.inv(np.vander(at_, increasing=True)) for at_ in (POSITIONS_8, POSITIONS_4))
+
+
+def build(equations: Equations, rk4: bool) -> Stepper:
+    """The round of one formula."""
+    tableau = CLASSICAL if rk4 else DORMAND_PRINCE
+    argument_at, end_at = (stage_argument_rk4, step_end_rk4) if rk4 else (stage_argument_rk8, step_end_rk8)
+    stages, weights = tableau.stages, tableau.b
+    n_state, n_samples = equations.state, equations.samples
+    size, stride = n_state * WIDTH, n_samples * WIDTH
+    advance, look_at, project = equations.advance, equations.look, equations.project
+    rows = (0, stages, stages) if rk4 else DORMAND_PRINCE.samples
+    row_1, row_2, row_3 = rows[1], rows[2], rows[3 % len(rows)]
+
+    @routine
+    def look(y, coef, f, seen):
+        """y' and what is seen at every lane's state."""
+        for lane in range(WIDTH):
+            look_at(y, coef, f, seen, lane, WIDTH)
+
+    @routine
+    def step(y, coef, f0, seen, lanes, k, argument, samples, end):
+        """One step of every lane from ``y`` to ``end``, projected; stage values into ``samples`` (stage, quantity, lane)."""
+        for c in range(n_state):
+            for lane in range(WIDTH):
+                k[c * WIDTH + lane] = coef[at.STEP * WIDTH + lane] * f0[c * WIDTH + lane]
+        for stage in range(1, stages):
+            argument_at(stage, y, k, argument, size)
+            for lane in range(WIDTH):
+                advance(
+                    argument, coef, coef[at.STEP * WIDTH + lane], k, stage * size, samples, stage * stride, lane, WIDTH
+                )
+        end_at(y, k, end, size)
+        for lane in range(WIDTH):
+            project(
+                end, coef, coef[at.CLOSED_D * WIDTH + lane] > 0.0, coef[at.CLOSED_E * WIDTH + lane] > 0.0, lane, WIDTH
+            )
+        if rk4:
+            midpoint_rk4(y, k, argument, size)
+            for lane in range(WIDTH):
+                advance(argument, coef, 0.0, k, stages * size, samples, stages * stride, lane, WIDTH)
+
+    @device
+    def looked_samples(samples, seen0, seen1, quantity, lane):
+        """A quantity (N_D, N_E or |w|^2) at the start, at two or three places of the step, and at its end."""
+        row = quantity if quantity < 2 else at.W2
+        first, last = seen0[row * WIDTH + lane], seen1[row * WIDTH + lane]
+        s1 = samples[(row_1 * n_samples + quantity) * WIDTH + lane]
+        if rk4:
+            return first, s1, last, 0.0, 0.0
+        s2 = samples[(row_2 * n_samples + quantity) * WIDTH + lane]
+        s3 = samples[(row_3 * n_samples + quantity) * WIDTH + lane]
+        return first, s1, s2, s3, last
+
+    @device
+    def quadrature(samples, seen, quantity, row, square, lane):
+        """Mean of a quantity, or of its square, over one lane's step by the formula's weights."""
+        first = seen[row * WIDTH + lane]
+        total = weights[0] * (first * first if square else first)
+        for stage in range(1, stages):
+            if weights[stage] != 0.0:
+                value = samples[(stage * n_samples + quantity) * WIDTH + lane]
+                total += weights[stage] * (value * value if square else value)
+        return total
+
+    return Stepper(stages, step, look, looked_samples, quadrature)

@@ -1,0 +1,177 @@
+"""Motions that leave the wall: the samples that do, from the parameters to the same rows of results as all others.
+
+The two-sided kernel runs first; only samples that lose contact, or start without it, are integrated here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tolmc.kernels import parameters as P
+from tolmc.kernels import results as R
+from tolmc.kernels.one_sided import engine, start
+from tolmc.kernels.one_sided import layout as at
+from tolmc.simulation.plan import Plan
+
+#: Events of one motion after which it is given up.
+MOST_EVENTS = 100_000
+#: Height of a bounce over the clearance below which a contact stays closed, for accuracies of 1e-7 and finer; in proportion to
+#: the accuracy for others.
+_REST_HEIGHT, _FINE = 1e-11, 1e-7
+#: Share of the clearance by which a start within it may miss the wall.
+_ROUNDING = 1e-12
+
+_STATUS = {
+    at.OK: R.OK,
+    at.DIVERGED: R.DIVERGED,
+    at.TOO_MANY: R.TOO_MANY_IMPACTS,
+    at.PENETRATES: R.CONTACT_UNRESOLVED,
+    at.UNRESOLVED: R.CONTACT_UNRESOLVED,
+    at.NO_SOLUTION: R.NO_CONTACT_FORCES,
+}
+
+
+def given(raw: np.ndarray, plan: Plan) -> np.ndarray:
+    """What the one-sided kernels take beside the parameters, (layout.GIVEN, n)."""
+    n = raw.shape[1]
+    rows = np.zeros((at.GIVEN, n))
+    rows[at.RESTITUTION], rows[at.STIFFNESS] = raw[P.RESTITUTION], raw[P.CONTACT_STIFFNESS]
+    rows[at.SLIP_SPEED], rows[at.LOSS] = 1.0, -1.0
+    aimed = _FINE if math.isnan(plan.pilot_error) else plan.accuracy
+    rows[at.REST] = _REST_HEIGHT * max(aimed / _FINE, 1.0)
+    if plan.features.free:
+        length = raw[P.HALF_LENGTH]
+        for row, source in ((at.START_X, P.ORIGIN_X), (at.START_X_RATE, P.ORIGIN_RATE_X)):
+            rows[row : row + 2] = raw[source : source + 2]
+        for row, source in ((at.START_U, P.SLOPE_X), (at.START_U_RATE, P.SLOPE_RATE_X)):
+            rows[row : row + 2] = length * raw[source : source + 2]
+        rows[at.CHI], rows[at.OMEGA] = raw[P.SPIN], raw[P.SPIN_RATE]
+    else:
+        start.from_angles(raw, rows, plan.features.exact)
+    return rows
+
+
+def has_room(raw: np.ndarray, plan: Plan) -> np.ndarray:
+    """Which starts within the clearance lie within it, (n,) bool."""
+    gaps = np.empty((2, raw.shape[1]))
+    start.gaps(raw, given(raw, plan), plan.features.exact, gaps)
+    return np.logical_and(*(gaps >= -_ROUNDING))
+
+
+def _flags(plan: Plan) -> tuple[int | None, ...]:
+    features = plan.features
+    return tuple(1 if flag else None for flag in (features.exact, features.general, False, plan.method == "rk4"))
+
+
+def integrate(raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:
+    """Results (R.RESULTS, n) of the columns of ``raw``, all of them one-sided from the start.
+
+    A penetration beyond the plan's accuracy ends a motion.
+    """
+    raw = np.ascontiguousarray(raw)
+    n = raw.shape[1]
+    found, counts = np.full((at.RESULTS, n), np.nan), np.zeros(3, np.int64)
+    engine.integrate(
+        raw,
+        given(raw, plan),
+        plan.steps,
+        duration,
+        MOST_EVENTS,
+        plan.accuracy,
+        found,
+        counts,
+        np.empty((at.RECORD, 0)),
+        np.empty((at.EVENT, 0)),
+        *_flags(plan),
+    )
+    return _results(found, duration)
+
+
+def _results(found: np.ndarray, duration: float) -> np.ndarray:
+    """The rows of :mod:`tolmc.kernels.results` from the kernels' own."""
+    out = np.zeros((R.RESULTS, found.shape[1]))
+    status = found[at.R_STATUS].astype(int)
+    for code, ours in _STATUS.items():
+        out[R.STATUS, status == code] = ours
+    out[R.END_TIME] = found[at.R_END]
+    for side, (highest, first) in enumerate(((R.D_MAX, R.D_IMPACTS), (R.E_MAX, R.E_IMPACTS))):
+        out[highest : highest + 2] = found[at.R_D_MAX + 2 * side : at.R_D_MAX + 2 * side + 2]
+        out[highest + 2] = found[at.R_INTEGRAL_D + side] / duration
+        time = found[at.R_TIME_D + side]
+        square = np.maximum(found[at.R_SQUARE_D + side], 0.0)
+        out[highest + 3] = np.sqrt(np.divide(square, time, out=np.full_like(time, np.nan), where=time > 0))
+        for row, source in enumerate((at.R_COUNT_D, at.R_SPEED_D, at.R_IMPULSE_D, at.R_TOTAL_D)):
+            out[first + row] = found[source + side]
+        out[first + 4], out[first + 5] = time / duration, found[at.R_PEAK_D + side]
+    out[R.TILT_MAX], out[R.LOSS_TIME] = found[at.R_TILT], found[at.R_LOST_AT]
+    out[R.FREE_SHARE], out[R.FIRST_IMPACT] = found[at.R_TIME_FREE] / duration, found[at.R_HIT_AT]
+    out[R.IMPACT_LOSS] = found[at.R_IMPACT_LOSS]
+    out[R.ENERGY_ERROR], out[R.CONSTRAINT_ERROR] = found[at.R_ENERGY_ERROR], np.abs(found[at.R_PENETRATION])
+    out[R.ORIGIN_X : R.AXIS_Z + 1] = found[at.R_X : at.R_AXIS_Z + 1]
+    return out
+
+
+def never_left(results: np.ndarray) -> None:
+    """The rows that impacts fill, of motions that stay on the wall."""
+    results[R.D_IMPACTS :] = 0.0
+    results[[R.D_CLOSED_SHARE, R.E_CLOSED_SHARE]] = 1.0
+    results[R.FIRST_IMPACT] = np.nan
+
+
+_EVENT = np.dtype([("time", float), ("kind", "U8"), ("ends", "U2"), ("impulse", float, 2), ("speed", float, 2)])
+_KINDS = ("impact", "release", "closing")
+
+
+def no_events() -> np.recarray:
+    """The events of a motion that stays on the wall."""
+    return np.recarray(0, _EVENT)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A motion row by row: time (n,), origin, slope, force, closed (2, n) each, energy (n,) without a symmetric body's spin."""
+
+    time: np.ndarray
+    origin: np.ndarray
+    slope: np.ndarray
+    force: np.ndarray
+    closed: np.ndarray
+    energy: np.ndarray
+
+
+def flown(raw: np.ndarray, plan: Plan, duration: float) -> tuple[Rows, np.recarray]:
+    """The motion of column 0 with rows at both sides of every event, and the events."""
+    record, happened = _trace(raw, plan, duration)
+    rows = Rows(
+        time=record[at.T_TIME], origin=record[at.T_X : at.T_Y + 1], slope=record[at.T_U : at.T_V + 1],
+        force=record[at.T_D : at.T_E + 1], closed=record[at.T_CLOSED_D : at.T_CLOSED_E + 1] > 0,
+        energy=record[at.T_KINETIC] + record[at.T_POTENTIAL],
+    )  # fmt: skip
+    events = np.recarray(happened.shape[1], _EVENT)
+    events.time = happened[at.E_TIME]
+    events.kind = [_KINDS[int(kind)] for kind in happened[at.E_KIND]]
+    events.ends = ["D" * bool(d) + "E" * bool(e) for d, e in zip(happened[at.E_D], happened[at.E_E], strict=True)]
+    events.impulse, events.speed = (
+        happened[at.E_IMPULSE_D : at.E_IMPULSE_E + 1].T,
+        happened[at.E_SPEED_D : at.E_SPEED_E + 1].T,
+    )
+    return rows, events
+
+
+def _trace(raw: np.ndarray, plan: Plan, duration: float) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (layout.RECORD, rows) and events (layout.EVENT, events) of the motion of column 0."""
+    raw = np.ascontiguousarray(raw[:, :1])
+    rows, events = 2 * plan.steps + 64, 256
+    while True:
+        record, happened = np.empty((at.RECORD, rows)), np.empty((at.EVENT, events))
+        found, counts = np.full((at.RESULTS, 1), np.nan), np.zeros(3, np.int64)
+        engine.integrate(
+            raw, given(raw, plan), plan.steps, duration, MOST_EVENTS, plan.accuracy, found, counts, record, happened,
+            *_flags(plan),
+        )  # fmt: skip
+        if counts[1] <= rows and counts[2] <= events:
+            return record[:, : counts[1]], happened[:, : counts[2]]
+        rows, events = max(rows, int(counts[1])), max(events, int(counts[2]))
