@@ -183,7 +183,7 @@ def allocate(
     planned = _planned_yield(plan, tolerances)
     surrogate = _train(model, tolerances, specification, plan, training)
     search = Search(tolerances, specification, plan.choices, surrogate, points=_point_count(planned), seed=plan.seed)
-    inspection = _Inspection(model, specification, on_contact_loss)
+    inspection = Inspection(model, specification, on_contact_loss)
     winner, confirmed, attempts = _confirm(search, inspection, plan, planned)
     chosen, glance = with_widths(tolerances, plan.choices, winner.widths), min(plan.samples, GLANCE)
     present = inspection.yield_of(tolerances, glance, plan.seed, 0.5 + 0.5 * plan.confidence)
@@ -215,9 +215,7 @@ def _train(model: Model, tolerances: Tolerances, specification: Specification, p
     return surrogate
 
 
-def _confirm(
-    search: Search, inspection: _Inspection, plan: Plan, planned: float
-) -> tuple[Allocation, MotionYield, int]:
+def _confirm(search: Search, inspection: Inspection, plan: Plan, planned: float) -> tuple[Allocation, MotionYield, int]:
     """The first candidate that is confirmed, or else the last tried, with its yield and the number of confirming runs."""
     tried: list[Allocation] = []
     for attempt in range(1, MAX_ATTEMPTS + 1):
@@ -322,7 +320,7 @@ def _point_count(planned: float) -> int:
 
 
 @dataclass(frozen=True)
-class _Inspection:
+class Inspection:
     """True motions of tolerances, held against the specification."""
 
     model: Model
@@ -399,7 +397,7 @@ def _trade_off(search: Search, plan: Plan) -> pd.DataFrame:
     return pd.DataFrame(rows[::-1])
 
 
-def _neighbours(search: Search, plan: Plan, winner: Allocation, inspection: _Inspection, glance: int) -> pd.DataFrame:
+def _neighbours(search: Search, plan: Plan, winner: Allocation, inspection: Inspection, glance: int) -> pd.DataFrame:
     rows = []
     for j, choice in enumerate(plan.choices):
         for direction, neighbour in _steps(search, choice, winner, j):

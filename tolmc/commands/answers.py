@@ -6,10 +6,15 @@ from pathlib import Path
 
 import pandas as pd
 
+from tolmc.allocation.next_change import next_changes
 from tolmc.analysis.four_answers import Answers, four_answers
+from tolmc.analysis.surrogate import MotionsFailed
 from tolmc.commands.written import written
 from tolmc.errors import InputError
 from tolmc.runs import directory as run_directory
+from tolmc.statistics.outcomes import ANY_REQUIREMENT
+from tolmc.study.sections import TARGET_YIELD
+from tolmc.study.study import Study
 from tolmc.tables.stackup import answers_blocks
 from tolmc.tables.table import Note
 from tolmc.terminal.grid import show
@@ -31,7 +36,19 @@ def write_answers(directory: str | Path) -> Answers:
     answers = four_answers(opened.study(), pd.read_csv(summary).set_index("output"), requirements)
     for name, table in answers.files().items():
         opened.write_text(name, table.to_csv(index=table.index.names != [None]))
+    study, out = opened.study(), requirements.loc[ANY_REQUIREMENT]
+    target = study.target or TARGET_YIELD
+    if study.specification and study.formulation == "slope" and 1.0 - out["share_most_high"] < target:
+        opened.write_text("next_changes.csv", _next_changes(study, target).to_csv(index=False))
     return answers
+
+
+def _next_changes(study: Study, target: float) -> pd.DataFrame:
+    """What to change next; nothing where motions fail, so that nothing can be predicted."""
+    try:
+        return next_changes(study, target)
+    except MotionsFailed:
+        return pd.DataFrame()
 
 
 def answer_run(directory: Path) -> None:

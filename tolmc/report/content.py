@@ -29,6 +29,7 @@ from tolmc.study.sections import TARGET_YIELD
 from tolmc.study.study import Study
 from tolmc.tables.dimensions import constants_table, dimensions_table
 from tolmc.tables.influence import contributions_table, failures_table, indices_table
+from tolmc.tables.next_changes import next_changes_table
 from tolmc.tables.outputs import budget_table, outputs_table, statuses_table
 from tolmc.tables.requirements import capability_table, requirements_table
 from tolmc.tables.stackup import accelerated_table, stackup_table
@@ -57,6 +58,7 @@ TABLES = {
     "sobol_indices.csv": ["output", "dimension"],
     "yields.csv": "requirement",
     "one_at_a_time.csv": "dimension",
+    "next_changes.csv": None,
 }
 
 
@@ -223,6 +225,8 @@ class _Content:
         if self.study.specification:
             yield requirements_table(self.study, self.shares, self.capability, self.target, self._table("yields.csv"))
             yield capability_table(self.capability, self._tolerance_intervals())
+        if (changes := self._table("next_changes.csv")) is not None:
+            yield next_changes_table(self.study, changes, self.target)
         if self.inputs:
             directions = self._as_shown(rank_correlation(self.examined, **self._of_examined))
             are_correlated = self.study.tolerances.correlation is not None
@@ -258,7 +262,8 @@ class _Content:
         if not path.exists():
             return None
         try:
-            return pd.read_csv(path).set_index(TABLES[name])
+            table = pd.read_csv(path) if path.stat().st_size > 1 else pd.DataFrame()
+            return table if TABLES[name] is None else table.set_index(TABLES[name])
         except (ValueError, KeyError) as error:
             raise RunDirectoryError(
                 f"{path} is damaged: {error}. Restore it, or delete it to leave it out of the report."

@@ -286,7 +286,7 @@ def is_hole(designation: str) -> bool:
     ValueError
         When the text is no toleranced size, or its letters differ in size.
     """
-    letter = _parts(designation)[1]
+    letter = parts(designation)[1]
     if letter.isupper() == letter.islower():
         raise ValueError(
             f"ISO 286: {designation!r} has a capital and a small letter; allowed: {letter.upper()} for a hole, "
@@ -297,7 +297,7 @@ def is_hole(designation: str) -> bool:
 
 def exchanged(designation: str) -> str:
     """The toleranced size with the class of the hole in place of the shaft's and the other way round."""
-    size, letter, grade = _parts(designation)
+    size, letter, grade = parts(designation)
     return f"{size} {letter.swapcase()}{grade}"
 
 
@@ -309,7 +309,7 @@ def size_limits(designation: str) -> tuple[float, float, float]:
     ValueError
         When the text is no toleranced size, or the class is not defined at this size.
     """
-    text, letter, grade = _parts(designation)
+    text, letter, grade = parts(designation)
     size = float(text)
     lower, upper = limits(size, letter + grade)
     return size / 1e3, size / 1e3 + lower, size / 1e3 + upper
@@ -323,7 +323,7 @@ def with_grade(designation: str, grade: int | str) -> str:
     ValueError
         When the text is no toleranced size, or the grade is unknown.
     """
-    size, letter, _ = _parts(designation)
+    size, letter, _ = parts(designation)
     return f"{size} {letter}{_grade(grade)}"
 
 
@@ -335,7 +335,7 @@ def grade_of(designation: str) -> str:
     ValueError
         When the text is no toleranced size.
     """
-    return _parts(designation)[2]
+    return parts(designation)[2]
 
 
 def held_limit(designation: str) -> str:
@@ -346,13 +346,13 @@ def held_limit(designation: str) -> str:
     ValueError
         When the text is no toleranced size.
     """
-    letter = _parts(designation)[1]
+    letter = parts(designation)[1]
     if letter.lower() == "js":
         return "middle"
     return "lower" if letter.isupper() == (letter.lower() in _clearance.columns) else "upper"
 
 
-def _parts(designation: str) -> tuple[str, str, str]:
+def parts(designation: str) -> tuple[str, str, str]:
     """Size, letter and grade of a toleranced size, as written."""
     match = _TOLERANCED_SIZE.fullmatch(designation.strip())
     if match is None:
