@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 from scipy.stats import norm
 
-from tolmc.allocation.allocate import Curve, Grades, Plan, _Inspection, _planned_yield, allocate
+from tolmc.allocation.allocate import Curve, Grades, Inspection, Plan, _planned_yield, allocate
 from tolmc.errors import InputError
 from tolmc.statistics.intervals import binomial_interval
 from tolmc.tables.allocation import allocation_blocks
@@ -182,7 +182,7 @@ def test_motions_that_lost_contact_are_known_only_when_the_study_says_so():
 
 def test_a_limit_broken_before_contact_is_lost_may_still_be_kept_in_the_end():
     """Only an extreme stays broken; y is none."""
-    inspection = _Inspection(with_status("contact lost", y=2.0 * LIMIT), SPECIFICATION, on_contact_loss="stop")
+    inspection = Inspection(with_status("contact lost", y=2.0 * LIMIT), SPECIFICATION, on_contact_loss="stop")
     found = inspection.yield_of(TOLERANCES, 2000, 1, 0.95)
     assert found.unknown == found.contact_lost > 900 and found.low < 0.55 and found.high == 1.0
 
