@@ -208,6 +208,20 @@ def report(directory: Path) -> None:
 
 
 @main.command()
+@click.argument("first", type=_FILE)
+@click.argument("second", type=_FILE)
+@click.option("--out", type=_FILE, help="HTML file to write the comparison into.")
+def compare(first: Path, second: Path, out: Path | None) -> None:
+    """Compare two runs.
+
+    What changed in the study, and every statistic and share with the interval of its difference.
+    """
+    from tolmc.commands.compare import compare_directories
+
+    compare_directories(first, second, out=out)
+
+
+@main.command()
 @click.argument("study", type=_FILE)
 @click.option(
     "--try", "tried", required=True, metavar="FITS", help="Such as 'H11/d11, H9/d9', or a range 'H11/a11-e11'."

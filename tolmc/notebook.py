@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import singledispatch
-from html import escape
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -17,8 +16,8 @@ from tolmc.runs.run import StudyResult
 from tolmc.simulation.trajectory import Trajectory
 from tolmc.study.study import Study
 from tolmc.tables.motion import extremes_table
+from tolmc.tables.page import page
 from tolmc.tables.run import run_blocks
-from tolmc.tables.table import Note, Table, WrittenCell, typeset
 from tolmc.tables.understood import understood_blocks
 
 _RANKED = 10_000  # samples, for pictures of what drives what
@@ -32,17 +31,17 @@ def html(shown: Any) -> str:
 
 @html.register
 def _(study: Study) -> str:
-    return _page(understood_blocks(study))
+    return page(understood_blocks(study))
 
 
 @html.register
 def _(result: StudyResult) -> str:
-    return _page(run_blocks(result))
+    return page(run_blocks(result))
 
 
 @html.register
 def _(trajectory: Trajectory) -> str:
-    return _page([extremes_table(trajectory)])
+    return page([extremes_table(trajectory)])
 
 
 def picture(shown: Any, kind: str | None = None) -> Figure:
@@ -108,32 +107,3 @@ def _(trajectory: Trajectory) -> dict[str, Callable[[], Figure]]:
         return plots.draw_trajectory(trajectory, trajectory.scene, title="Motion")
 
     return {"motion": motion}
-
-
-def _page(blocks: Iterable[Table | Note]) -> str:
-    return "".join(_table(block) if isinstance(block, Table) else _note(block) for block in blocks)
-
-
-def _note(note: Note) -> str:
-    start, _, end = note.text.partition(note.strong) if note.strong else ("", "", note.text)
-    return f"<p>{escape(start)}<b>{escape(note.strong)}</b>{escape(end)}</p>"
-
-
-def _table(table: Table) -> str:
-    written = table.written(typeset)
-    align = ["left" if i in written.left else "right" for i in range(len(written.header))]
-    head = "".join(
-        f'<th style="text-align:{a}">{escape(text)}</th>' for a, text in zip(align, written.header, strict=True)
-    )
-    rows = "".join(
-        "<tr>"
-        + "".join(f'<td style="text-align:{a}">{_cell(c)}</td>' for a, c in zip(align, row, strict=True))
-        + "</tr>"
-        for row in written.rows
-    )
-    return f"<p><b>{escape(written.title)}</b></p><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
-
-
-def _cell(cell: WrittenCell) -> str:
-    text = escape(" ".join([cell.text, "/".join(cell.deviations)]).strip())
-    return f"{text} <small>{escape(cell.detail)}</small>" if cell.detail else text
