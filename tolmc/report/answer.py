@@ -74,8 +74,12 @@ def answer(
         return Answer("", "The study sets no requirement: see the outputs below.", tuple(sentences))
     row = capability.iloc[-1]
     found = Estimate(row["yield"], row["yield_low"], row["yield_high"])
-    verdict = phrases.judged(found, target)
     together = shares.loc[ANY_REQUIREMENT]
+    of_section = str(together["section"]) if "section" in together else ""
+    if of_section:
+        headline = f'{of_section[0].upper()}{of_section[1:]}. Set [model] section = "exact" and run again.'
+        return Answer(phrases.TONES[phrases.OPEN], headline, (_yield(study, found, together, target), *sentences))
+    verdict = phrases.judged(found, target)
     return Answer(
         phrases.TONES[verdict],
         _headline(verdict, together, shares.loc[CONTACT_LOSS], target),

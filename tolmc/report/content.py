@@ -18,11 +18,13 @@ from tolmc.report import notes
 from tolmc.report.answer import Answer, answer, question
 from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
 from tolmc.runs.directory import RunDirectory
+from tolmc.runs.exact_subset import EXACT_SECTION
 from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.until import looks_of
 from tolmc.statistics.capability import ALL_REQUIREMENTS, capability
 from tolmc.statistics.looks import Looks
 from tolmc.statistics.outcomes import without_value
+from tolmc.statistics.section_effect import section_of_requirements
 from tolmc.statistics.summary import count_statuses, summarise_requirements
 from tolmc.statistics.tolerance_intervals import ToleranceInterval, tolerance_interval
 from tolmc.study.sections import TARGET_YIELD
@@ -166,7 +168,27 @@ class _Content:
 
     @cached_property
     def shares(self) -> pd.DataFrame:
-        return summarise_requirements(self.samples, **self.judged, **self.drawn, **self.level)
+        shares = summarise_requirements(self.samples, **self.judged, **self.drawn, **self.level)
+        exact = self.exact
+        if exact is None:
+            return shares
+        found = section_of_requirements(
+            self.samples, exact, shares, target=self.target, **self.judged, **self.drawn, **self.level
+        )
+        return shares.join(found)
+
+    @cached_property
+    def exact(self) -> pd.DataFrame | None:
+        """The samples that were run on the exact section too; None where the run has none."""
+        path = self.run.path / EXACT_SECTION
+        if not path.exists():
+            return None
+        try:
+            return pd.read_parquet(path)
+        except (OSError, ValueError) as error:
+            raise RunDirectoryError(
+                f"{path} is damaged: {error}. Delete it to leave it out of the report, or resume the run."
+            ) from None
 
     @cached_property
     def capability(self) -> pd.DataFrame:

@@ -19,6 +19,12 @@ _SHOWN = {"mean": 5, "sd": 4, "q0.135": 5, "q50": 5, "q99.865": 5}
 _BUDGET = ("mean", "sd", "q99.865")
 
 
+_OF_SECTION = (
+    " Circle − exact: what the circle of constant radius changes, from samples that were run on the exact section too; no "
+    "number of samples and no step makes it smaller."
+)
+
+
 def outputs_table(summary: pd.DataFrame, foremost: Iterable[str] = ()) -> Table:
     """Mean, sd and quantiles of every output, from :func:`tolmc.statistics.summary.summarise`; the ``foremost`` first."""
     summary = summary.loc[[*dict.fromkeys(name for name in (*foremost, *summary.index) if name in summary.index)]]
@@ -70,12 +76,14 @@ def statuses_table(statuses: pd.DataFrame) -> Table:
 def budget_table(summary: pd.DataFrame) -> Table:
     """Integration error beside the half-widths of the sampling intervals."""
     budget = error_budget(summary).dropna(subset="integration")
+    of_section = _BUDGET if "section_mean" in summary else ()
     rows = []
     for name, row in budget.iterrows():
         factor = quantities.shown(name)[1]
         errors = (_error(row[key] * factor) for key in ("integration", *_BUDGET))
+        model = (Estimated.of(summary.loc[name], f"section_{key}", factor, digits=3, narrow=3) for key in of_section)
         label = quantities.label(name)
-        rows.append(cells(label, f"{label} ({unit(name)})", unit(name), *errors, Number(row["ratio"], 2)))
+        rows.append(cells(label, f"{label} ({unit(name)})", unit(name), *errors, Number(row["ratio"], 2), *model))
     return Table(
         "error_budget",
         (
@@ -85,11 +93,13 @@ def budget_table(summary: pd.DataFrame) -> Table:
             "integration",
             *(STATISTICS[key] for key in _BUDGET),
             Column("ratio", only=typeset),
+            *(f"circle − exact, {STATISTICS[key]}" for key in of_section),
         ),
         tuple(rows),
         title="Error budget (±)",
         caption="Error budget, ±: integration error beside half the 95 % interval of three estimates. Ratio: integration error "
-        "over the smallest of the sampling errors. Open: too few samples to tell.",
+        "over the smallest of the sampling errors. Open: too few samples to tell."
+        + (_OF_SECTION if of_section else ""),
         frame=budget,
     )
 

@@ -27,6 +27,7 @@ _ACCELERATED = " Accelerated: from a polynomial corrected by a few hundred true 
 
 def shares_table(requirements: pd.DataFrame) -> Table:
     """Share out of each requirement, from :func:`tolmc.statistics.summary.summarise_requirements`."""
+    of_section = "section" in requirements and bool(requirements["section"].any())
     rows = []
     for name, row in requirements.iterrows():
         least, most = plain.share(row["share_least"])[0], plain.share(row["share_most"])[0]
@@ -37,9 +38,11 @@ def shares_table(requirements: pd.DataFrame) -> Table:
                 f"{row['out']:,.0f}",
                 least if least == most else f"{least} to {most}",
                 f"{plain.share(row['share_least_low'])[0]} to {plain.share(row['share_most_high'])[0]}",
+                *([Cell(row["section"], tone="open")] if of_section else []),
             )
         )
-    columns = ("Requirement", "limits", "out", "share out", "95 % interval")
+    columns: tuple[Column | str, ...] = ("Requirement", "limits", "out", "share out", "95 % interval")
+    columns = (*columns, *([Column("verdict", words=True)] if of_section else []))
     return Table("shares_out", columns, tuple(rows), title="Requirements", frame=requirements)
 
 
@@ -51,7 +54,10 @@ def requirements_table(
     ``yields`` are from :func:`tolmc.analysis.four_answers.four_answers`; without any the accelerated yield has no column.
     """
     yields = pd.DataFrame() if yields is None else yields
-    verdicts = [judged(_estimate(row, "yield"), target) for _, row in capability.iterrows()]
+    undecided = section_verdicts(shares)
+    verdicts = [
+        undecided.get(str(name)) or judged(_estimate(row, "yield"), target) for name, row in capability.iterrows()
+    ]
     rows = []
     for verdict, (name, row) in zip(verdicts, capability.iterrows(), strict=True):
         is_all = name == ALL_REQUIREMENTS
@@ -64,7 +70,7 @@ def requirements_table(
                 Share.of(row, "yield"),
                 *([Share.of(yields.loc[name], "accelerated")] if name in yields.index else []),
                 Estimated.of(row, "ppm"),
-                Cell(verdict, tone=TONES[verdict]),
+                Cell(verdict, tone=TONES.get(verdict, "open")),
             )
         )
     frame = capability[[f"{key}{end}" for key in ("yield", "ppm") for end in ("", "_low", "_high")]]
@@ -87,6 +93,14 @@ def requirements_table(
         + (_ACCELERATED if len(yields) else ""),
         frame=frame.assign(target=target, verdict=verdicts),
     )
+
+
+def section_verdicts(shares: pd.DataFrame) -> dict[str, str]:
+    """{requirement: "not decided: the section matters (...)"} where the exact section may turn the circle's verdict."""
+    if "section" not in shares:
+        return {}
+    found = {str(name): str(text) for name, text in shares["section"].items() if text}
+    return found | ({ALL_REQUIREMENTS: found[ANY_REQUIREMENT]} if ANY_REQUIREMENT in found else {})
 
 
 def _count_out(counted: pd.Series) -> str:

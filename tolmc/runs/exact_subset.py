@@ -1,0 +1,59 @@
+"""The first samples of a run on the circle, once more on the exact section: what the run's error budget says of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import replace
+
+import pyarrow as pa
+
+from tolmc.runs.crew import Crew
+from tolmc.simulation.plan import Plan
+from tolmc.study.study import Study
+
+#: Where a run directory keeps them.
+EXACT_SECTION = "exact_section.parquet"
+#: Samples at most, and the part of the run's motions that they may cost.
+_MOST, _PART = 1024, 0.02
+# What a motion costs on the exact section, over one on the circle.
+_DEARER = 1.5
+# What they may cost whatever the run does: a fiftieth of the shortest run's half second; seconds a step of a motion.
+_SECONDS, _STEP = 0.01, {True: 0.8e-6, False: 0.2e-6}
+# Whole rounds of the scramblings, or groups of the jackknife.
+_ROUND = 16
+
+
+def subset_size(study: Study, plan: Plan) -> int:
+    """Samples of a run that run on the exact section too; 0 where that says nothing new.
+
+    It depends on the number of samples, the steps and the body alone, never on a clock: the same run has the same ones.
+    """
+    if study.scene.joint.section != "circle" or study.formulation != "slope" or not study.integrates:
+        return 0
+    free = _SECONDS / (_DEARER * _STEP[plan.features.general] * plan.steps)
+    count = int(max(_PART / _DEARER * study.samples, free, _ROUND))
+    return min(count, _MOST, study.samples) // _ROUND * _ROUND
+
+
+def exact_subset(study: Study, plan: Plan, workforce: Crew, compute: Callable[..., pa.Table]) -> pa.Table | None:
+    """The samples on the exact section, in their order; None where :func:`subset_size` is 0.
+
+    ``compute(study, plan, start, count)`` integrates samples. The step is the run's own: its error on the exact section is
+    about as small, and nothing beside what is looked for.
+    """
+    count = subset_size(study, plan)
+    if count == 0:
+        return None
+    joint = replace(study.scene.joint, section="exact")
+    exact = replace(study, scene=replace(study.scene, joint=joint))
+    features = replace(plan.features, exact=True, axial=False)
+    plan = replace(plan, features=features, halving=False)
+    calls = ((exact, plan, start, min(_block(count), count - start)) for start in range(0, count, _block(count)))
+    with closing(workforce.map(compute, calls)) as computed:
+        return pa.concat_tables(list(computed)).unify_dictionaries()
+
+
+def _block(count: int) -> int:
+    """Samples in a block: two blocks, so that two workers have one each."""
+    return max(-(-count // 32) * 16, 16)

@@ -1,0 +1,204 @@
+"""What the circle of constant radius changes in a run's numbers, from samples that were run on the exact section too.
+
+The third term of a run's error budget, beside integration and sampling: the model's. Both sections see the same dimensions, so
+that differences are known far better than the numbers themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from tolmc.statistics.intervals import Estimate, t_quantile
+from tolmc.statistics.outcomes import (
+    ANY_REQUIREMENT,
+    CONTACT_LOSS,
+    Specification,
+    contact_lost,
+    failed,
+    out_of_specification,
+)
+from tolmc.statistics.rows import Rows
+from tolmc.statistics.summary import QUANTILES, as_columns, summarise_requirements
+from tolmc.tolerances.unit_cube import SCRAMBLINGS, lot_numbers
+
+#: Yields of which the sections must agree whether they are reached: that most parts do, and the target.
+_MOST = 0.5
+_STATISTICS = ("mean", "sd", *QUANTILES)
+_MATTERS = "not decided: the section matters"
+
+
+def section_differences(
+    circle: pd.DataFrame, exact: pd.DataFrame, outputs: Iterable[str], **drawn: Any
+) -> pd.DataFrame:
+    """Circle less exact section of every statistic of the outputs, over the same samples.
+
+    Parameters
+    ----------
+    circle, exact : a row a sample, the same samples in the same order
+    outputs : names of columns of both
+    drawn : ``sampling``, ``lot_size``, ``confidence`` of :class:`tolmc.statistics.rows.Rows`
+
+    Returns
+    -------
+    DataFrame, index ``output``
+        ``section_mean``, ``section_sd`` and the quantiles, each with ``_low`` and ``_high``, in the output's unit. Intervals
+        are by the jackknife over 16 groups of rows (scramblings, or whole lots), Student's t with 15 degrees.
+    """
+    rows = Rows(**drawn)
+    groups = lot_numbers(rows.lot_size, len(circle), sampling=rows.sampling) % SCRAMBLINGS
+    unusable = failed(circle) | failed(exact)
+    table = {}
+    for name in outputs:
+        pair = np.stack([circle[name].to_numpy(float), exact[name].to_numpy(float)])
+        used = ~(unusable | np.isnan(pair).any(axis=0))
+        differences = _jackknife(pair[:, used], groups[used], rows.confidence)
+        table[name] = {
+            column: value
+            for key, estimate in zip(_STATISTICS, differences, strict=True)
+            for column, value in as_columns(f"section_{key}", estimate).items()
+        }
+    return pd.DataFrame.from_dict(table, orient="index").rename_axis("output")
+
+
+def _jackknife(pair: np.ndarray, groups: np.ndarray, confidence: float) -> list[Estimate]:
+    present = np.unique(groups)
+    if pair.shape[1] < 2 * SCRAMBLINGS or len(present) < 2:
+        return [Estimate(math.nan, -math.inf, math.inf)] * len(_STATISTICS)
+    value = _difference(pair)
+    without = np.array([_difference(pair[:, groups != group]) for group in present])
+    count = len(present)
+    error = np.sqrt((count - 1) / count * np.square(without - without.mean(axis=0)).sum(axis=0))
+    half = t_quantile(confidence, count - 1) * error
+    return [Estimate(v, v - h, v + h) for v, h in zip(value.tolist(), half.tolist(), strict=True)]
+
+
+def _difference(pair: np.ndarray) -> np.ndarray:
+    quantiles = np.quantile(pair, list(QUANTILES.values()), axis=1)
+    statistics = np.vstack([pair.mean(axis=1), pair.std(axis=1), quantiles])
+    return statistics[:, 0] - statistics[:, 1]
+
+
+def section_of_requirements(
+    samples: pd.DataFrame,
+    exact: pd.DataFrame,
+    shares: pd.DataFrame,
+    *,
+    specification: Specification,
+    target: float,
+    on_contact_loss: str = "stop",
+    **drawn: Any,
+) -> pd.DataFrame:
+    """What the exact section says of every requirement, and whether it could turn the verdict.
+
+    Parameters
+    ----------
+    samples : all samples of the run, on the circle
+    exact : the first of them on the exact section
+    shares : :func:`tolmc.statistics.summary.summarise_requirements` of ``samples``
+    target : the yield that is asked for
+
+    Returns
+    -------
+    DataFrame, index ``requirement``
+        ``exact_least``, ``exact_most`` with ``_low`` and ``_high``: the share out on the exact section, as ``share_least`` and
+        ``share_most`` of the run; ``section_difference`` with its interval: share out on the circle less that on the exact
+        section, over the same samples; ``section``: "not decided: the section matters (circle 3 %, exact 100 %)" where the
+        circle decides whether most parts, or the target yield, keep the requirement and the exact section does not confirm it;
+        empty elsewhere.
+    """
+    rows, count = Rows(**drawn), len(exact)
+    head = pd.DataFrame({name: samples[name].iloc[:count] for name in exact.columns if name in samples})
+    found = summarise_requirements(exact, specification=specification, on_contact_loss=on_contact_loss, **drawn)
+    events = {"circle": head, "exact": exact}
+    states = {section: _events(frame, specification, on_contact_loss) for section, frame in events.items()}
+    shifted = _shifted_shares(samples, head, exact, specification, on_contact_loss, drawn)
+    table: dict[str, dict[str, Any]] = {}
+    for name in shares.index:
+        (out, known), (out_exact, known_exact) = states["circle"][name], states["exact"][name]
+        agree = bool(np.array_equal(known, known_exact))
+        only, other = rows.share(out & ~out_exact), rows.share(out_exact & ~out)
+        difference = Estimate(only.value - other.value, only.low - other.high, only.high - other.low)
+        bounds = found.loc[name, "share_least_low"], found.loc[name, "share_most_high"]
+        if agree and name in shifted:
+            bounds = shifted[name]
+        differs = not agree or not np.array_equal(out, out_exact) or name in shifted
+        matters = differs and _turns(shares.loc[name], bounds, (_MOST, target))
+        table[str(name)] = {
+            **{f"exact_{key[6:]}": found.loc[name, key] for key in found if key.startswith("share_")},
+            **as_columns("section_difference", difference),
+            "section": _sentence(shares.loc[name], found.loc[name]) if matters else "",
+        }
+    return pd.DataFrame.from_dict(table, orient="index").rename_axis("requirement")
+
+
+def _events(
+    samples: pd.DataFrame, specification: Specification, on_contact_loss: str
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Rows out of each requirement, and rows known to be in or out; of any, and of contact loss."""
+    out, known = out_of_specification(samples, specification, on_contact_loss=on_contact_loss)
+    events = {name: (out[name], known[name]) for name in specification}
+    if specification:
+        any_out = np.any(list(out.values()), axis=0)
+        events[ANY_REQUIREMENT] = any_out, any_out | np.all(list(known.values()), axis=0)
+    events[CONTACT_LOSS] = contact_lost(samples), ~failed(samples)
+    return events
+
+
+def _shifted_shares(
+    samples: pd.DataFrame,
+    circle: pd.DataFrame,
+    exact: pd.DataFrame,
+    specification: Specification,
+    on_contact_loss: str,
+    drawn: Mapping[str, Any],
+) -> dict[str, tuple[float, float]]:
+    """Bounds of the shares out with limits moved by the least and the largest difference that any sample showed.
+
+    All samples of the run count here, so that a share of parts per million stays one.
+    """
+    least: dict[str, dict[str, float]] = {}
+    most: dict[str, dict[str, float]] = {}
+    for name, limits in specification.items():
+        moved = (exact[name] - circle[name]).to_numpy(float)
+        moved = moved[np.isfinite(moved)]
+        low, high = (moved.min(), moved.max()) if len(moved) else (0.0, 0.0)
+        ends = {key: limit for key, limit in limits.items() if limit is not None}
+        least[name] = {key: limit - (low if key == "max" else high) for key, limit in ends.items()}
+        most[name] = {key: limit - (high if key == "max" else low) for key, limit in ends.items()}
+        if most[name].get("min", -math.inf) > most[name].get("max", math.inf):
+            return {}
+    if not specification:
+        return {}
+    judge = {"on_contact_loss": on_contact_loss, **drawn}
+    fewest = summarise_requirements(samples, specification=least, **judge)["share_least_low"]
+    largest = summarise_requirements(samples, specification=most, **judge)["share_most_high"]
+    return {str(name): (fewest[name], largest[name]) for name in fewest.index if name != CONTACT_LOSS}
+
+
+def _turns(counted: pd.Series, bounds: tuple[float, float], yields: Iterable[float]) -> bool:
+    """Whether the circle decides about one of the yields and the bounds of the exact share do not decide the same."""
+    for required in yields:
+        allowed = 1.0 - required
+        verdict = _side(counted["share_least_low"], counted["share_most_high"], allowed)
+        if verdict and _side(*bounds, allowed) != verdict:
+            return True
+    return False
+
+
+def _side(low: float, high: float, allowed: float) -> int:
+    """-1: no more than allowed is out; 1: more is; 0: not decided."""
+    return -1 if high <= allowed else 1 if low > allowed else 0
+
+
+def _sentence(circle: pd.Series, exact: pd.Series) -> str:
+    return f"{_MATTERS} (circle {_percent(circle)}, exact {_percent(exact)})"
+
+
+def _percent(counted: pd.Series) -> str:
+    least, most = (f"{100 * counted[key]:.3g} %" for key in ("share_least", "share_most"))
+    return least if least == most else f"{least} to {most}"
