@@ -411,6 +411,7 @@ def _result(
                 target=TARGET_YIELD if study.target is None else study.target, **drawn,
             )
         )  # fmt: skip
+        summary["section"] = requirements["section"].reindex(summary.index).fillna("")
     return StudyResult(
         study=study,
         plan=plan,
