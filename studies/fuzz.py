@@ -1,4 +1,4 @@
-"""Random scenes from sane to absurd through ``simulate_many``, and damaged study files through the command line.
+"""Random scenes from sane to absurd through ``simulate_many``; damaged files and odd surroundings through the command line.
 
     python studies/fuzz.py [--quick] [--samples 100000] [--scenes 2000] [--files 1000] [--seed 2026]
 
@@ -18,12 +18,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from click.testing import CliRunner
+from fuzz_files import cases
 from fuzz_scenes import KINDS, LEVELS, SYMMETRIC, samples, scene
 from rich.progress import track
 from study_tools import ROOT, arguments, show
 
-from tolmc import cli
 from tolmc.quantities import ALWAYS, GEOMETRY, ON_CONTACT_LOSS
 from tolmc.simulation.ensemble import simulate_many
 from tolmc.simulation.judge import STATUSES
@@ -150,64 +149,15 @@ def fuzz_scenes(report: Report, rng: np.random.Generator, count: int) -> None:
 
 
 def fuzz_files(report: Report, rng: np.random.Generator, count: int) -> None:
-    """Damaged study files through ``tolmc run``: an error in words and exit status 2, or a run; geometry alone is quick."""
+    """Damaged study and CSV files and odd surroundings: an error in words and exit status 2, or the right result."""
     texts = [path.read_text("utf-8") for path in sorted((ROOT / "studies").glob("*.toml"))]
-    words = [
-        "nan",
-        "-1",
-        "0",
-        "1e999",
-        '""',
-        '"5 kg"',
-        '"1 m"',
-        "true",
-        "[]",
-        "{}",
-        '"x"',
-        "9" * 400,
-        "-1e308",
-        "1979-05-27",
-    ]
     with tempfile.TemporaryDirectory() as folder:
-        for number in track(range(count), description="files  ", disable=not sys.stdout.isatty()):
-            lines = texts[rng.integers(len(texts))].splitlines()
-            lines = [line for line in lines if not line.startswith(("contact_force", "outputs"))]
-            where = lines.index("[monte_carlo]") + 1
-            lines.insert(where, 'outputs = ["tilt_angle"]')
-            for _ in range(rng.integers(1, 4)):
-                _damage(rng, lines, words)
-            file, out = Path(folder, "study.toml"), Path(folder, f"run {number}")
-            file.write_text("\n".join(lines), "utf-8")
-            result = CliRunner().invoke(cli.main, ["run", str(file), "--samples", "64", "--out", str(out)])
-            refused = result.exit_code == 2 and result.output.startswith("Error: ")
-            report.add("study files", ["refused" if refused else "run" if result.exit_code == 0 else "failed"])
-            broken = {
-                "a study file gives a traceback": not isinstance(result.exception, (SystemExit, type(None))),
-                "a refused study file leaves something behind": refused and out.exists(),
-                "a study file is neither run nor refused": result.exit_code not in (0, 2),
-            }
-            text = file.read_text("utf-8")
+        found = cases(rng, Path(folder), count, texts)
+        for case in track(found, total=count, description="files  ", disable=not sys.stdout.isatty()):
+            report.add(case.group, [case.outcome])
             report.check(
-                {rule: np.array([found]) for rule, found in broken.items()},
-                lambda _, text=text, result=result: f"{result.exception!r}\n{result.output[-2000:]}\n{text}",
+                {f"{case.group}: {rule}": np.array([True]) for rule in case.broken}, lambda _, case=case: case.shown
             )
-
-
-def _damage(rng, lines, words):
-    """One random change of the text: a line lost, doubled, moved or cut, or a value replaced."""
-    at = int(rng.integers(len(lines)))
-    kind = rng.integers(6)
-    if kind == 0:
-        del lines[at]
-    elif kind == 1:
-        lines.insert(at, lines[at])
-    elif kind == 2:
-        lines.insert(int(rng.integers(len(lines))), lines.pop(at))
-    elif kind == 3:
-        lines[at] = lines[at][: rng.integers(len(lines[at]) + 1)]
-    elif "=" in lines[at]:
-        name, _, _ = lines[at].partition("=")
-        lines[at] = f"{name}= {words[rng.integers(len(words))]}"
 
 
 def main() -> None:
@@ -216,7 +166,7 @@ def main() -> None:
         __doc__,
         samples=whole | {"default": 100_000, "help": "samples in ensembles (default 100,000)"},
         scenes=whole | {"default": 2000, "help": "single scenes (default 2,000)"},
-        files=whole | {"default": 500, "help": "damaged study files (default 500)"},
+        files=whole | {"default": 1000, "help": "damaged study files, CSV files and surroundings (default 1,000)"},
         seed=whole | {"default": 2026},
     )
     share = 100 if options.quick else 1

@@ -162,7 +162,11 @@ class TestPage:
         out["All requirements"] = np.logical_or(*out.values())
         assert list(table.index) == list(out)
         assert list(table["limits"]) == ["≤ 24.45 deg", "≤ 5.085 N", ""]
-        assert list(table["verdict"]) == ["not met"] * 3
+        tilt, *of_motion = table["verdict"]
+        assert tilt == "not met"
+        for verdict, name in zip(of_motion, list(out)[1:], strict=True):
+            share_out = f"{100 * out[name].mean():.3g} %"
+            assert verdict == f"not decided: the section matters (circle {share_out}, exact 100 %)"
         for name, broken in out.items():
             row, count = table.loc[name], int(broken.sum())
             assert int(row["parts out"]) == count > 0

@@ -76,7 +76,10 @@ def answer(
     found = Estimate(row["yield"], row["yield_low"], row["yield_high"])
     together = shares.loc[ANY_REQUIREMENT]
     of_section = str(together["section"]) if "section" in together else ""
-    if of_section:
+    if of_section and not together["section_turns_target"]:
+        shares_out = of_section.partition("(")[2].rstrip(")")
+        sentences.insert(0, f"The section matters: out of specification are, {shares_out} of the parts.")
+    elif of_section:
         headline = f'{of_section[0].upper()}{of_section[1:]}. Set [model] section = "exact" and run again.'
         return Answer(phrases.TONES[phrases.OPEN], headline, (_yield(study, found, together, target), *sentences))
     verdict = phrases.judged(found, target)

@@ -26,7 +26,7 @@ from tolmc.statistics.rows import Rows
 from tolmc.statistics.summary import QUANTILES, as_columns, summarise_requirements
 from tolmc.tolerances.unit_cube import SCRAMBLINGS, lot_numbers
 
-#: Yields of which the sections must agree whether they are reached: that most parts do, and the target.
+#: Beside the target, the yield of which the sections must agree whether it is reached: that most parts keep a requirement.
 _MOST = 0.5
 _STATISTICS = ("mean", "sd", *QUANTILES)
 _MATTERS = "not decided: the section matters"
@@ -109,7 +109,7 @@ def section_of_requirements(
         ``share_most`` of the run; ``section_difference`` with its interval: share out on the circle less that on the exact
         section, over the same samples; ``section``: "not decided: the section matters (circle 3 %, exact 100 %)" where the
         circle decides whether most parts, or the target yield, keep the requirement and the exact section does not confirm it;
-        empty elsewhere.
+        empty elsewhere. ``section_turns_target``: whether that is so of the target yield.
     """
     rows, count = Rows(**drawn), len(exact)
     head = pd.DataFrame({name: samples[name].iloc[:count] for name in exact.columns if name in samples})
@@ -127,11 +127,13 @@ def section_of_requirements(
         if agree and name in shifted:
             bounds = shifted[name]
         differs = not agree or not np.array_equal(out, out_exact) or name in shifted
-        matters = differs and _turns(shares.loc[name], bounds, (_MOST, target))
+        turns = differs and _turns(shares.loc[name], bounds, target)
+        matters = turns or (differs and _turns(shares.loc[name], bounds, _MOST))
         table[str(name)] = {
             **{f"exact_{key[6:]}": found.loc[name, key] for key in found if key.startswith("share_")},
             **as_columns("section_difference", difference),
             "section": _sentence(shares.loc[name], found.loc[name]) if matters else "",
+            "section_turns_target": turns,
         }
     return pd.DataFrame.from_dict(table, orient="index").rename_axis("requirement")
 
@@ -180,14 +182,11 @@ def _shifted_shares(
     return {str(name): (fewest[name], largest[name]) for name in fewest.index if name != CONTACT_LOSS}
 
 
-def _turns(counted: pd.Series, bounds: tuple[float, float], yields: Iterable[float]) -> bool:
-    """Whether the circle decides about one of the yields and the bounds of the exact share do not decide the same."""
-    for required in yields:
-        allowed = 1.0 - required
-        verdict = _side(counted["share_least_low"], counted["share_most_high"], allowed)
-        if verdict and _side(*bounds, allowed) != verdict:
-            return True
-    return False
+def _turns(counted: pd.Series, bounds: tuple[float, float], required: float) -> bool:
+    """Whether the circle decides about a yield and the bounds of the exact share do not decide the same."""
+    allowed = 1.0 - required
+    verdict = _side(counted["share_least_low"], counted["share_most_high"], allowed)
+    return verdict != 0 and _side(*bounds, allowed) != verdict
 
 
 def _side(low: float, high: float, allowed: float) -> int:
