@@ -15,6 +15,7 @@ from tolmc.study.file import load_study
 
 #: Between the forces on the circle, 3.042 to 3.055 N, and those on the exact section, a fiftieth less.
 LIMIT = ('contact_force_D_max = { max = "4.5 N" }', 'contact_force_D_max = { max = "3.0 N" }')
+WIDE = ('tilt_angle = { max = "24.4 deg" }', 'tilt_angle = { max = "26 deg" }')
 
 
 def test_the_size_depends_on_the_study_alone_and_costs_a_fiftieth(tmp_path):
@@ -41,12 +42,14 @@ def test_what_says_nothing_new_costs_nothing(tmp_path):
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("exact")
-    return folder, run(write(folder, LIMIT), samples=1500, out=folder / "run")
+    return folder, run(write(folder, LIMIT, WIDE), samples=1500, out=folder / "run")
 
 
 def test_the_samples_are_those_of_a_run_on_the_exact_section(finished):
     folder, _ = finished
-    exact = write(folder, LIMIT, ("[monte_carlo]", '[model]\nsection = "exact"\n[monte_carlo]'), name="exact.toml")
+    exact = write(
+        folder, LIMIT, WIDE, ("[monte_carlo]", '[model]\nsection = "exact"\n[monte_carlo]'), name="exact.toml"
+    )
     kept = pd.read_parquet(folder / "run" / EXACT_SECTION)
     alone = run(exact, samples=len(kept)).samples
     inputs = ["bearing_radius", "journal_radius", "half_length"]
@@ -74,7 +77,7 @@ def test_a_verdict_that_the_section_turns_is_told_where_the_number_is(finished, 
     row = result.requirements.loc["contact_force_D_max"]
     low, high = row["share_most"], row["exact_least"]
     exact = run(
-        write(tmp_path, LIMIT, ("[monte_carlo]", '[model]\nsection = "exact"\n[monte_carlo]')), samples=1500
+        write(tmp_path, LIMIT, WIDE, ("[monte_carlo]", '[model]\nsection = "exact"\n[monte_carlo]')), samples=1500
     ).requirements.loc["contact_force_D_max", "share_most"]
     assert row["exact_most_low"] <= exact <= row["exact_most_high"]
     assert low != pytest.approx(high, abs=0.2)

@@ -173,7 +173,7 @@ def test_a_run_writes_what_people_need(tmp_path):
     out = tmp_path / "deep" / "run"
     result = run(study, samples=300, out=out)
     assert {path.name for path in out.iterdir()} == {
-        ".lock", "study.toml", "run.json", "samples.parquet", "summary.csv", "requirements.csv",
+        ".lock", "study.toml", "run.json", "samples.parquet", "exact_section.parquet", "summary.csv", "requirements.csv",
         "distributions.png", "drivers.png", "nominal.png",
     }  # fmt: skip
     assert (out / "study.toml").read_bytes() == study.read_bytes()

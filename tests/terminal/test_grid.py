@@ -46,7 +46,7 @@ def test_a_result_fits_a_terminal(tmp_path, console):
     assert "…" not in shown and max(map(len, shown.splitlines())) <= 80
     for words in ("2,000 samples", "Tilt angle ψ", "deg", "mm", "Contact force N_D, mean", "Error budget", "Status"):
         assert words in shown
-    row = np.degrees(result.summary.loc["tilt_angle"].drop("unit").astype(float))
+    row = np.degrees(result.summary.loc["tilt_angle"].drop(["unit", "section"]).astype(float))
     value, half = row["q50"], max(row["q50_high"] - row["q50"], row["q50"] - row["q50_low"])
     assert f"{value:.3f}" in shown and f"±{half:.1g}" in shown  # an estimate and the half width below it
 

@@ -68,6 +68,8 @@ def _verdict(study: Study, requirements: pd.DataFrame) -> Iterator[Note]:
     out = requirements.loc[ANY_REQUIREMENT]
     low, high = 1.0 - out["share_most_high"], 1.0 - out["share_least_low"]
     verdict = judged(Estimate(1.0 - out["share_most"], low, high), study.target)
+    if out.get("section_turns_target", False):
+        verdict = str(out["section"])
     found = f"{100 * low:.6g} to {100 * high:.6g} % of the parts keep every limit"
     yield Note(
         f"Target {verdict}: {found} (95 % interval), {100 * study.target:.6g} % are asked for.",
