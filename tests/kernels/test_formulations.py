@@ -59,7 +59,7 @@ def test_a_scene_leads_to_each_formulation(name):
 
 
 @every_formulation
-@pytest.mark.parametrize(("method", "order", "steps", "allowed"), [("rk8", 8, 3, 0.6), ("rk4", 4, 12, 0.3)])
+@pytest.mark.parametrize(("method", "order", "steps", "allowed"), [("rk8", 8, 6, 1.0), ("rk4", 4, 24, 0.4)])
 def test_order(name, method, order, steps, allowed):
     """The error of the pose, of the energies and of the contact forces at the end, by halving the step twice."""
     scene = replace(SCENES[name], duration=0.1)
@@ -67,7 +67,7 @@ def test_order(name, method, order, steps, allowed):
     scale = np.abs(finer)
     scale[scale == 0] = 1.0
     errors = [np.sqrt(np.mean(((a - finer) / scale) ** 2)) for a in (coarse, fine)]
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=allowed * 2)
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=allowed)
 
 
 @every_formulation
@@ -113,6 +113,8 @@ def test_contact_forces_and_energy_of_the_twin(name):
 def test_a_lane_does_not_see_its_neighbours(name, method):
     """Bit for bit: a column alone, in a full block, and at another place of another block."""
     forces = method != engine.MOTION_ALONE
+    if FORMULATIONS[name].TORQUE and not forces:
+        pytest.skip("the formula of the motion alone is for symmetric bodies")
     n, steps = WIDTH + 2, 3
     scene = SCENES[name]
     large = scene.joint.bearing_radius * (1 + 0.05 * np.random.default_rng(3).uniform(-1, 1, n))

@@ -94,7 +94,8 @@ piece = nb.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True
 inlined = nb.njit(inline="always", **_OPTIONS)
 
 #: A function of its own within a kernel: compiled once however often it is called; compiled code alone calls it.
-routine = nb.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)
+#: Said, not left to the default: Numba hands the option of a function down to those that it compiles on the way.
+routine = nb.njit(forceinline=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)
 
 
 def kernel(function):

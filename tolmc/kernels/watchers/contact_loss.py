@@ -47,8 +47,9 @@ def watch(system: System) -> Watcher:
     until_forces, until_motion = system.until_forces, system.until_motion
     forced, floor, loss_step, bracket, time = (layout.row() for _ in range(5))
     best_rows, position_rows, trial_rows = layout.block(1), layout.block(1), layout.block(state)
+    low_rows, high_rows, f_low_rows, f_high_rows, side_rows = (layout.block(1) for _ in range(5))
     estimate = peaks_of(system.stepper.tableau).estimate
-    screen, locate = _screen(system, floor), _locate(system, loss_step, bracket, time, trial_rows)
+    screen, locate = _screen(system, floor), _locate(system)
 
     @routine
     def begin(run, block, step, y, end, coef, work):
@@ -102,7 +103,11 @@ def watch(system: System) -> Watcher:
             losses += work[loss_step + lane] >= 0.0
             work[part + lane] = 0.0
         if losses > 0:
-            locate(run.step_length, coef, work)
+            locate(
+                work[part_state], work[loss_step : loss_step + WIDTH], work[bracket : bracket + WIDTH],
+                work[time : time + WIDTH], work[part_h], run.step_length, coef, work[trial_rows],
+                work[low_rows], work[high_rows], work[f_low_rows], work[f_high_rows], work[side_rows], work[best_rows], work,
+            )  # fmt: skip
             if run.on_loss != CONTINUE:
                 trial = work[trial_rows]
                 step_once(work[part_state], trial, coef, work[part_h], work, yes())
@@ -159,16 +164,14 @@ def _screen(system: System, floor: int):
     return screen
 
 
-def _locate(system: System, loss_step: int, bracket: int, time: int, trial_rows: slice):
-    """Time (s) of the first root of min(N_D, N_E) in the lanes with a loss, by the Illinois rule; part_h its place in the step.
+def _locate(system: System):
+    """Time (s) of the first root of min(N_D, N_E) in the lanes with a loss, by the Illinois rule; h is its place in the step.
 
-    part_state is the state at the start of the loss's step (-1: no loss), ``bracket`` a place in the step, as a share of it,
+    ``start`` is the state at the start of the loss's ``step`` (-1: no loss), ``bracket`` a place in the step, as a share of it,
     where a force is negative. Every trial is a step from there. The time is -1 where no sign changes, -2 where contact has
     ended in the step before.
     """
-    layout, step_once, observe = system.layout, system.stepper.step, system.observe
-    part_h, part_state = system.part_h, system.part_state
-    force_rows, low_rows, high_rows, f_low_rows, f_high_rows, side_rows = (layout.block(1) for _ in range(6))
+    step_once, observe = system.stepper.step, system.observe
 
     @routine
     def smallest_force(y, coef, smallest):
@@ -178,15 +181,11 @@ def _locate(system: System, loss_step: int, bracket: int, time: int, trial_rows:
             smallest[lane] = min(n_d, n_e)
 
     @routine
-    def locate(step_length, coef, work):
-        start, trial, h = work[part_state], work[trial_rows], work[part_h]
-        # Arrays of their own: LLVM must not contract across their stores, or the last bits of a root change.
-        low, high, f_low, f_high = work[low_rows], work[high_rows], work[f_low_rows], work[f_high_rows]
-        side, force = work[side_rows], work[force_rows]
+    def locate(start, step, bracket, time, h, step_length, coef, trial, low, high, f_low, f_high, side, force, work):
         smallest_force(start, coef, f_low)
         for lane in range(WIDTH):
             low[lane], side[lane] = 0.0, 0.0
-            high[lane], h[lane] = work[bracket + lane], work[bracket + lane] * step_length
+            high[lane], h[lane] = bracket[lane], bracket[lane] * step_length
         for iteration in range(ITERATIONS):
             step_once(start, trial, coef, h, work, no())
             smallest_force(trial, coef, force)
@@ -211,12 +210,12 @@ def _locate(system: System, loss_step: int, bracket: int, time: int, trial_rows:
         for lane in range(WIDTH):
             at_start = force[lane] <= 0.0
             h[lane] = 0.0 if at_start else h[lane]
-            if work[loss_step + lane] >= 0.0:
-                if at_start and work[loss_step + lane] > 0.0:
-                    work[time + lane] = -2.0
+            if step[lane] >= 0.0:
+                if at_start and step[lane] > 0.0:
+                    time[lane] = -2.0
                 elif f_high[lane] < 0.0 or at_start:
-                    work[time + lane] = work[loss_step + lane] * step_length + h[lane]
+                    time[lane] = step[lane] * step_length + h[lane]
                 else:
-                    work[time + lane] = -1.0
+                    time[lane] = -1.0
 
     return locate
