@@ -36,9 +36,10 @@ def write_answers(directory: str | Path) -> Answers:
     answers = four_answers(opened.study(), pd.read_csv(summary).set_index("output"), requirements)
     for name, table in answers.files().items():
         opened.write_text(name, table.to_csv(index=table.index.names != [None]))
-    study, out = opened.study(), requirements.loc[ANY_REQUIREMENT]
+    study = opened.study()
     target = study.target or TARGET_YIELD
-    if study.specification and study.formulation == "slope" and 1.0 - out["share_most_high"] < target:
+    asks = study.specification and study.formulation == "slope"
+    if asks and 1.0 - requirements.at[ANY_REQUIREMENT, "share_most_high"] < target:
         opened.write_text("next_changes.csv", _next_changes(study, target).to_csv(index=False))
     return answers
 
