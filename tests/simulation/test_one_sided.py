@@ -204,6 +204,27 @@ def test_a_motion_that_keeps_contact_has_the_bits_it_has_without(body):
     assert restored.first_impact_time.isna().all()
 
 
+@pytest.mark.slow
+def test_both_methods_come_to_the_same():
+    scene = scene_of(_CASES["dropped_from_the_middle"])
+    coarse, fine = (row_of(scene, step=step, method="rk4") for step in (2e-4, 1e-4))
+    exact = row_of(scene, step=2e-4)
+    errors = [abs(row.origin_x_end - exact.origin_x_end) for row in (coarse, fine)]
+    assert errors[0] < 1e-8
+    assert errors[1] < errors[0] / 8
+    assert fine.impulse_D_max == pytest.approx(exact.impulse_D_max, rel=1e-8)
+
+
+def test_the_order_of_the_method_survives_impacts():
+    scene = scene_of(_CASES["dropped_from_the_middle"])
+    exact = row_of(scene, step=5e-4)
+    errors = []
+    for steps in (6, 12):
+        row = row_of(scene, step=scene.duration / steps)
+        errors.append(math.hypot(row.origin_x_end - exact.origin_x_end, row.origin_y_end - exact.origin_y_end))
+    assert errors[1] < errors[0] / 2**6
+
+
 def random_scenes(n, seed):
     """Columns of ``n`` random motions of a random body within the clearance of the paper's joint."""
     rng = np.random.default_rng(seed)

@@ -37,7 +37,10 @@ _STYLE: dict[Any, Any] = {
 }  # fmt: skip
 
 #: Outputs whose distribution is drawn.
-DISTRIBUTIONS = ("tilt_angle", "effective_radius", "contact_force_D_max", "contact_force_E_max")
+DISTRIBUTIONS = (
+    "tilt_angle", "effective_radius", "contact_force_D_max", "contact_force_E_max",
+    "impacts_D", "impacts_E", "impulse_D_max", "impulse_E_max",
+)  # fmt: skip
 
 _POINTS = 2_000
 _UPRIGHT = 4  # names of so many inputs stand beside each other
@@ -218,7 +221,7 @@ def draw_drivers(samples: pd.DataFrame, inputs: list[str], *, title: str) -> Fig
             hspace=0.55, wspace=0.28,
         )  # fmt: skip
         _draw_correlations(figure.add_subplot(grid[:, 0]), correlations)
-        shown = [name for name in DISTRIBUTIONS[2:] if name in outputs] or outputs[:2]
+        shown = [name for name in DISTRIBUTIONS[2:4] if name in outputs] or outputs[:2]
         for row, name in enumerate(shown):
             _draw_scatter(figure.add_subplot(grid[row, 1]), samples, correlations.loc[name].abs().idxmax(), name)
     return figure

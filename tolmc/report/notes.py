@@ -110,6 +110,11 @@ def _pilot(plan: Mapping, ratios: pd.Series) -> str:
     found = (
         f"Halving the steps at the nominal dimensions and at the corners of the tolerances shows an error of {error}"
     )
+    if plan.get("chaotic"):
+        found += (
+            f"; in {plan['chaotic']} of these motions impacts amplify whatever a step leaves, and their energy balance at "
+            "rounding stands for it (the table compares statistics of the first samples at twice the steps)"
+        )
     worst = ratios[np.isfinite(ratios)].max()
     if math.isnan(worst):
         return f"{found}, relative to the largest value."

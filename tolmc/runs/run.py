@@ -28,6 +28,7 @@ from tolmc.runs import directory as run_directory
 from tolmc.runs.crew import Crew, crew
 from tolmc.runs.directory import NextFree, RunDirectory
 from tolmc.runs.exact_subset import EXACT_SECTION, exact_subset
+from tolmc.runs.impacts import step_errors
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.pictures import RunPictures, run_pictures
 from tolmc.runs.progress import progress
@@ -397,7 +398,8 @@ def _result(
         "on_contact_loss": study.on_contact_loss,
         "judged": judged,
     }
-    accuracies = _integration_errors(plan, nominal)
+    impacts = plan.features.one_sided and not math.isnan(plan.pilot_error)
+    accuracies = step_errors(study, plan, read) if impacts else _integration_errors(plan, nominal)
     summary = summarise(samples, outputs=outputs, accuracies=accuracies, workers=study.workers, **judging, **drawn)
     summary.insert(0, "unit", [quantities.unit(name) for name in summary.index])
     requirements = summarise_requirements(samples, **judging, **drawn)

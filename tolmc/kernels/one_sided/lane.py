@@ -22,6 +22,7 @@ OPENED = 1e-11  # gap from which on a released contact is armed again
 FORCE_ROUNDING = 1e-12  # of the largest force so far: a closed contact's force that counts as zero
 _PATIENCE = 8  # trials after which an event counts as located if its gap or force is below the looser bound
 _LOOSE = 1e-10
+_AT_ONCE = 1e-6  # share of a step within which a released contact that turns back has not left
 _PEAK_MARGIN = 0.02  # an extremum nearer to a step's end, in steps, is read from the polynomial through its values
 
 
@@ -97,8 +98,9 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
             return min(max(1.0 - g1 / (r1 * h), 0.1), 0.999) if r1 < 0.0 else 0.5
         c0, c1, c2, c3, c4, c5 = hermite(g0, r0, a0, g1, r1, a1, h)
         if not armed:
-            place = first_fall((c3, c4, c5, 0.0, 0.0, 0.0))
-            return place if place > 0.0 else -1.0
+            # It has left with gap and rate zero: as t^3 after a release, as t^2 after another contact's blow.
+            place = first_fall((max(c2, 0.0), c3, c4, c5, 0.0, 0.0))
+            return place if place > _AT_ONCE else -1.0
         if abs(g0) <= TOGETHER and r0 > 0.0:
             return first_fall((c1, c2, c3, c4, c5, 0.0))
         if g1 > 0.0:
@@ -133,10 +135,11 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         least, place = lowest(c)
         if least < -zero and 1e-3 < place < 0.999:
             return first_fall((max(c[0], 0.0), c[1], c[2], c[3], c[4], 0.0))
-        if falls and n1 > 0.0:
-            # It will reach zero soon: the next step goes there.
-            slope = -(c[1] + 2.0 * c[2] + 3.0 * c[3] + 4.0 * c[4]) / coef[at.STEP * WIDTH + lane]
-            lanes[at.HINT * WIDTH + lane] = min(lanes[at.HINT * WIDTH + lane], n1 / slope)
+        fall = -(c[1] + 2.0 * c[2] + 3.0 * c[3] + 4.0 * c[4])
+        if 0.0 < n1 < fall:
+            # It will reach zero within another such step: the next one goes there.
+            hint = coef[at.STEP * WIDTH + lane] * n1 / fall
+            lanes[at.HINT * WIDTH + lane] = min(lanes[at.HINT * WIDTH + lane], hint)
         return 2.0
 
     @device
