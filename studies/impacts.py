@@ -74,7 +74,7 @@ def against_scipy(quick: bool) -> pd.DataFrame:
     _, radius = poses(radii[:CHECKED], 8)
     exact = np.array([scipy_pose(DROPPED, r, 1e-13) for r in radius])
     rows = []
-    for steps in (8, 12, 16, 24, 32, 48, 64)[:: 3 if quick else 1]:
+    for steps in (1, 2, 3, 4, 6, 8, 12, 16)[:: 2 if quick else 1]:
         error = np.abs(poses(radii[:CHECKED], steps)[0] - exact).max()
         seconds = best_time(lambda steps=steps: poses(radii, steps), 2 if quick else 5) / len(radii)
         rows.append({"method": "tolmc", "setting": f"{steps} steps", "error": error, "seconds": seconds})
@@ -95,21 +95,20 @@ def ratio_at(table: pd.DataFrame, error: float) -> float:
 
 
 def restitutions() -> pd.DataFrame:
-    """Restitution asked for, and measured at the first impact: square root of the share of the normal energy that is left."""
+    """Restitution asked for, and measured at the first impact: 1 - e^2 is the energy lost over that lost without rebound."""
     rows = []
     for asked in (0.0, 0.25, 0.5, 0.75, 1.0):
         scene = replace(DROPPED, joint=replace(DROPPED.joint, restitution=asked), duration=0.045)
         motion = simulate(scene, step=1e-3)
         before, after = np.flatnonzero(motion.time == motion.events.time[0])[:2]
-        lost = motion.energy[before] - motion.energy[after]
         side = "DE".index(motion.events.ends[0])
-        impulse, speed = motion.events.impulse[0][side], motion.events.speed[0][side]
-        # The impulse is (1 + e) m gamma in the multiplier's direction, the energy (1 - e^2) m gamma^2/2.
-        slant = 2.0 * lost / (impulse * speed)
-        rows.append(
-            {"asked": asked, "impulse (N s)": impulse, "speed (m/s)": speed, "energy lost (J)": lost, "1 - e": slant}
-        )
-    return pd.DataFrame(rows)
+        rows.append({
+            "asked": asked, "impulse (N s)": motion.events.impulse[0][side], "speed (m/s)": motion.events.speed[0][side],
+            "energy lost (J)": motion.energy[before] - motion.energy[after],
+        })  # fmt: skip
+    table = pd.DataFrame(rows)
+    lost = table["energy lost (J)"]
+    return table.assign(measured=np.sqrt(np.maximum(1.0 - lost / lost[0], 0.0)))
 
 
 def utilisation(quick: bool) -> pd.DataFrame:
@@ -154,7 +153,7 @@ def main() -> None:
     show("Pose after the third impact", table, {"error": ".1e", "seconds": ".2e"})
     for error in (1e-6, 1e-8):
         print(f"at an error of {error:g}: {ratio_at(table, error):,.0f} times faster than SciPy's events")
-    formats = {"impulse (N s)": ".9f", "speed (m/s)": ".9f", "energy lost (J)": ".9f", "1 - e": ".12f"}
+    formats = {"impulse (N s)": ".9f", "speed (m/s)": ".9f", "energy lost (J)": ".9f", "measured": ".12f"}
     show("Restitution asked for and measured", restitutions(), formats)
     formats = {"lanes busy": ".3f", "impacts a motion": ".1f", "rounds an impact": ".2f", "ns a lane and round": ".0f"}
     show("Lanes", utilisation(options.quick), formats)

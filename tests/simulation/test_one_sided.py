@@ -172,19 +172,19 @@ def test_the_force_of_an_impact_is_that_of_hertz():
 # What must hold for any motion
 
 
-FALLS = scene_of(_CASES["falls_from_the_side"])
-
-
-def test_a_sample_does_not_depend_on_its_neighbours():
-    whole = many(FALLS, 150, step=1e-3)
+@pytest.mark.parametrize("name", ["falls_from_the_side", "exact_section_falls", "unbalanced_shaft_hops"])
+def test_a_sample_does_not_depend_on_its_neighbours(name):
+    scene = scene_of(_CASES[name])
+    step = scene.duration / 150
+    whole = many(scene, 150, step=step)
     assert whole.status.eq("ok").all()
     columns = [name for name in whole if whole[name].dtype == float]
     for part in (slice(0, 1), slice(37, 41), slice(100, 150)):
-        sizes = dimensions(FALLS) | {"bearing_radius": whole.bearing_radius[part]}
-        alone = tolmc.simulate_many(FALLS, **sizes, step=1e-3)
+        sizes = dimensions(scene) | {"bearing_radius": whole.bearing_radius[part]}
+        alone = tolmc.simulate_many(scene, **sizes, step=step)
         np.testing.assert_array_equal(alone[columns].to_numpy(), whole[columns][part].to_numpy())
-    sizes = dimensions(FALLS) | {"bearing_radius": whole.bearing_radius[::-1]}
-    turned = tolmc.simulate_many(FALLS, **sizes, step=1e-3, workers=2)
+    sizes = dimensions(scene) | {"bearing_radius": whole.bearing_radius[::-1]}
+    turned = tolmc.simulate_many(scene, **sizes, step=step, workers=2)
     np.testing.assert_array_equal(turned[columns].to_numpy()[::-1], whole[columns].to_numpy())
 
 

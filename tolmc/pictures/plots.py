@@ -315,11 +315,12 @@ def _draw_forces(axis, trajectory) -> None:
     axis.axhline(0.0, color="black", linewidth=0.8)
     for name, force in zip("DE", trajectory.contact_force.T, strict=True):
         axis.plot(trajectory.time, force, color=_COLOUR[name], linewidth=1.4, label=f"$N_{name}$")
-    lost = (trajectory.contact_force < 0).any(axis=1)
+    leaves = not trajectory.closed.all()
+    lost = ~trajectory.closed.any(axis=1) if leaves else (trajectory.contact_force < 0).any(axis=1)
     if lost.any():
         axis.fill_between(
             trajectory.time, 0, 1, where=lost, transform=axis.get_xaxis_transform(), color=_RED, alpha=0.2,
-            linewidth=0, label="contact lost",
+            linewidth=0, label="free" if leaves else "contact lost",
         )  # fmt: skip
     axis.set_title("Contact forces")
     axis.set_ylabel("N")

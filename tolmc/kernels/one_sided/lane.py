@@ -83,29 +83,33 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         )
         h, tries = coef[at.STEP * WIDTH + lane], lanes[at.TRIES * WIDTH + lane]
         armed = lanes[(at.ARMED_D + side) * WIDTH + lane] > 0.0
+        # It leaves the wall by its acceleration, with no speed but rounding.
+        drawn_off = abs(g0) <= TOGETHER and a0 > 0.0 and r0 * r0 <= 2.0 * a0 * OPENED
         if armed:
             near = abs(g1) <= TOUCH or (tries >= _PATIENCE and abs(g1) <= _LOOSE)
             if near and r1 < 0.0:
                 return 1.0
-            if g1 > 0.0 and not (r0 < 0.0 < r1):
+            if g1 > 0.0 and (drawn_off or not (r0 < 0.0 < r1)):
                 return 2.0
         elif g1 >= -OPENED:
             return 2.0
-        elif r0 < 0.0:
+        elif r0 < 0.0 and not drawn_off:
             return -1.0
         if g0 > far:
             # Nothing is foretold from there: back from the end.
             return min(max(1.0 - g1 / (r1 * h), 0.1), 0.999) if r1 < 0.0 else 0.5
         c0, c1, c2, c3, c4, c5 = hermite(g0, r0, a0, g1, r1, a1, h)
-        if not armed:
-            # It has left with gap and rate zero: as t^3 after a release, as t^2 after another contact's blow.
+        if drawn_off or not armed:
+            # With gap and rate zero: as t^3 after a release, as t^2 after another contact's blow.
             place = first_fall((max(c2, 0.0), c3, c4, c5, 0.0, 0.0))
             return place if place > _AT_ONCE else -1.0
         if abs(g0) <= TOGETHER and r0 > 0.0:
             return first_fall((c1, c2, c3, c4, c5, 0.0))
         if g1 > 0.0:
             least, place = lowest((c0, c1, c2, c3, c4, c5))
-            return place if least < 0.01 * (g0 + g1) and place < 0.999 else 2.0
+            if least <= 0.0:
+                return first_fall((max(c0, 0.0), c1, c2, c3, c4, c5))
+            return place if least < 0.01 * (g0 + g1) and 1e-3 < place < 0.999 else 2.0
         if g1 > -1e-3 * (abs(g0) + abs(r0) * h):
             # Near the end: from the end, to third order.
             square = max(r1 * r1 - 2.0 * a1 * g1, 0.0)
