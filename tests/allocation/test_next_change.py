@@ -74,3 +74,10 @@ def test_a_report_without_a_change_that_does(tmp_path):
     write_answers(tmp_path / "run")
     assert write_report(tmp_path / "run").exists()
     assert "The least single change" not in (tmp_path / "run" / "report.md").read_text(encoding="utf-8")
+
+
+def test_what_a_shorter_run_had_to_change_is_forgotten(tmp_path):
+    tolmc.run(study_with(tmp_path, 26), samples=2000, out=tmp_path / "run")
+    (tmp_path / "run" / "next_changes.csv").write_text("dimension\nmass\n")
+    write_answers(tmp_path / "run")
+    assert not (tmp_path / "run" / "next_changes.csv").exists()

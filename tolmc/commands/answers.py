@@ -38,6 +38,7 @@ def write_answers(directory: str | Path) -> Answers:
         opened.write_text(name, table.to_csv(index=table.index.names != [None]))
     study = opened.study()
     target = study.target or TARGET_YIELD
+    (opened.path / "next_changes.csv").unlink(missing_ok=True)  # of a shorter run
     asks = study.specification and study.formulation == "slope"
     if asks and 1.0 - requirements.at[ANY_REQUIREMENT, "share_most_high"] < target:
         opened.write_text("next_changes.csv", _next_changes(study, target).to_csv(index=False))
