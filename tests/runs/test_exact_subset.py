@@ -93,3 +93,10 @@ def test_a_verdict_that_the_section_turns_is_told_where_the_number_is(finished, 
     assert CliRunner().invoke(cli.main, ["report", str(folder / "run")]).exit_code == 0
     page = (folder / "run" / "report.md").read_text(encoding="utf-8")
     assert told in page and "**Not decided: the section matters" in page
+
+
+def test_one_sided_contact_is_left_to_a_run_of_its_own(tmp_path):
+    study = load_study(write(tmp_path))
+    plan = Plan("slope", "rk8", 20, 1e-8)
+    assert subset_size(study, plan) > 0
+    assert subset_size(study, replace(plan, features=replace(plan.features, one_sided=True))) == 0

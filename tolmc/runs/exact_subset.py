@@ -31,6 +31,8 @@ def subset_size(study: Study, plan: Plan) -> int:
     """
     if study.scene.joint.section != "circle" or study.formulation != "slope" or not study.integrates:
         return 0
+    if plan.features.one_sided:  # chaotic motions, and a minute's compilation of the other section for them
+        return 0
     free = _SECONDS / (_DEARER * _STEP[plan.features.general] * plan.steps)
     count = int(max(_PART / _DEARER * study.samples, free, _ROUND))
     return min(count, _MOST, study.samples) // _ROUND * _ROUND
