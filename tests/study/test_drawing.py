@@ -124,6 +124,11 @@ def test_tables_speak_in_the_form_of_the_study(tmp_path):
         ),
         ('bearing_radius = "40 H7"', ["a tolerance class is for", "call it bearing_diameter"]),
         ('bearing_diameter = "40 0.1/0.2 mm"', ["no sign", "+0.1/-0.2"]),
+        (
+            'bearing_diameter = "40,5 ±0.1 mm"',
+            ["[dimensions] bearing_diameter", "decimal sign is a comma", "write a point"],
+        ),
+        ('bearing_diameter = "-40 ±0.1 mm"', ["bearing_diameter = '-40 ±0.1 mm'", "allowed"]),
         ('bearing_diameter = "40 ±0.1"', ["no unit", "40 ±0.05 mm"]),
         ('bearing_diameter = "40 ±0.1 kg"', ["[dimensions] bearing_diameter", "is not that of a length"]),
         ('bearing_diameter = { size = "40 ±0.1 mm", tolerance = "0.2 mm" }', ["tolerance is in size", "leave one out"]),

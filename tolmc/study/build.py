@@ -30,7 +30,7 @@ def study_fields(content: dict[str, Any], data_folder: Path) -> dict[str, Any]:
     file = validated(StudyFile, content)
     dimensions = with_unbalance(file.dimensions, file.body.center_of_mass, file.motion.spin_rate)
     table = DimensionsTable(dimensions, data_folder)
-    scene = _scene(file, content, table.joint)
+    scene = _scene(file, content, table)
     with in_section("dimensions"):
         for varied in table.entries:
             scene.check_has(varied)
@@ -69,10 +69,10 @@ def _on_contact_loss(file: StudyFile) -> str:
     return "follow" if follows else given
 
 
-def _scene(file: StudyFile, content: dict[str, Any], joint: dict[str, float]) -> Scene:
-    written = {name: content["dimensions"].get(name, content["dimensions"].get("fit")) for name in JOINT}
+def _scene(file: StudyFile, content: dict[str, Any], table: DimensionsTable) -> Scene:
+    written = {table.words[name]: table.written(name) for name in JOINT}
     with in_section("dimensions", written=written):
-        joined = Joint(**joint, section=file.model.section)
+        joined = Joint(**table.joint, section=file.model.section)
     with in_section("contact", written=content.get("contact")):
         joined = replace(joined, **file.contact.model_dump())
     with in_section("body", written=content["body"]):

@@ -126,7 +126,7 @@ class DimensionsTable:
     def _dimension(self, name: str, nominal: float) -> Dimension:
         entry, limits = self.entries[name], self.limits[name]
         if name not in JOINT and entry.nominal is not None:
-            written = self._written(name)
+            written = self.written(name)
             written = short(written.get("nominal", written.get("size")) if isinstance(written, dict) else written)
             raise Faults(
                 f"{self._place(name, 'nominal')} = {written} does not belong here: the nominal value "
@@ -142,7 +142,7 @@ class DimensionsTable:
         options: dict[str, Any] = {"lower": limits[0], "upper": limits[1]} if limits is not None else {}
         options |= {"lot_share": entry.lot_share, "lot_sd": entry.lot_sd, "toleranced_size": self.sizes.get(name)}
         options["is_drawn"] = self.words[name] in MODEL_NAMES
-        with in_section("dimensions", self.words[name], written=self._written(name)):
+        with in_section("dimensions", self.words[name], written=self.written(name)):
             return Dimension(name, nominal, distribution=distribution, **options)
 
     def _limits(self, name: str, fit_size: str | None) -> tuple[float, float] | None:
@@ -160,7 +160,7 @@ class DimensionsTable:
             return dimension.lower, dimension.upper
         return None if entry.lower is None else (entry.lower, entry.upper)
 
-    def _written(self, name: str) -> Any:
+    def written(self, name: str) -> Any:
         """What stands in the table for the dimension."""
         return self.table.get(self.words[name], self.table.get("fit"))
 

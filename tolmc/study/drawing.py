@@ -43,6 +43,8 @@ def size(name: str, text: str) -> dict[str, Any]:
     ValueError
         When it is a diameter's, and the dimension is none; or deviations have no sign, or no unit.
     """
+    if re.search(r"\d,\d", text) and re.search("±|[+]/?-|/", text):
+        raise ValueError("its decimal sign is a comma; write a point, such as '40.5 ±0.05 mm'")
     if _CLASS.fullmatch(text):
         _refuse_other(name, "a tolerance class is for a diameter or a whole length")
         return {"diameter": text}

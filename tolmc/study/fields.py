@@ -343,7 +343,7 @@ def _sentence(model: type[Section], item: Mapping[str, Any], where: tuple[str, .
         return f"{field} = {value} is not possible{close or ';'} Allowed: {allowed}."
     if kind in ("model_type", "dict_type"):
         return f"{field} = {value}: expected a table{_example(loc)}."
-    expected = {"string_type": "a text in quotes", "bool_type": "true or false"}
+    expected = {"string_type": "a text in quotes", "bool_type": "true or false", "list_type": "a list in brackets"}
     return f"{field} = {value}: expected {expected.get(kind, item['msg'])}."
 
 
