@@ -100,3 +100,14 @@ def test_checkers_find_the_types_in_an_installed_package():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert project["tool"]["setuptools"]["package-data"]["tolmc"] == ["py.typed"]
     assert (ROOT / "tolmc" / "py.typed").is_file()
+
+
+def test_a_script_finds_dimensions_and_what_they_follow():
+    from tolmc.distributions import Scipy
+    from tolmc.tolerances import Dimension, Tolerances, sample
+
+    bores = Dimension(
+        "bearing_radius", 20e-3, 19.9e-3, 20.1e-3, Scipy("norm", {"loc": 20e-3, "scale": 1e-5}, truncated=True)
+    )
+    drawn = sample(Tolerances([bores]), 100, sampling="random", seed=1)
+    assert drawn["bearing_radius"].between(19.9e-3, 20.1e-3).all()

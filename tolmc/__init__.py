@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from tolmc.mechanism.geometry import approximate_radius as approximate_radius
     from tolmc.mechanism.geometry import effective_radius as effective_radius
     from tolmc.mechanism.geometry import tilt_angle as tilt_angle
+    from tolmc.mechanism.operating import Operating as Operating
     from tolmc.mechanism.scene import Body as Body
     from tolmc.mechanism.scene import Joint as Joint
     from tolmc.mechanism.scene import Loads as Loads
@@ -35,6 +36,7 @@ _HOME = {
     "Joint": "mechanism.scene",
     "Loads": "mechanism.scene",
     "Motion": "mechanism.scene",
+    "Operating": "mechanism.operating",
     "Scene": "mechanism.scene",
     "Study": "study.study",
     "StudyResult": "runs.run",
