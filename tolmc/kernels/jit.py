@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import secrets
 import stat
 import tempfile
 import threading
@@ -83,11 +84,26 @@ def _takes_files(folder: Path) -> bool:
 _CACHE = cache_directory()
 
 
+# Numba numbers what it compiles from 0 in every process, and a name and number are all that tells two pieces of loaded code
+# apart: of two kernels compiled by two processes, one would run on pieces of the other.
+_PROCESS = secrets.token_hex(8)
+
+
+def _named(**options) -> Callable:
+    """Decorator of functions that are compiled into a kernel, under names that no other process gives."""
+
+    def decorate(function):
+        function.__qualname__ = f"{function.__qualname__}_{_PROCESS}"
+        return nb.njit(**options, **_OPTIONS)(function)
+
+    return decorate
+
+
 #: A scalar function that is inlined into the lane loops that call it.
-device = nb.njit(forceinline=True, **_OPTIONS)
+device = _named(forceinline=True)
 
 #: The same for functions that compiled code alone calls: what Python would need to call them is not compiled.
-piece = nb.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)
+piece = _named(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 #: A scalar function or loop that its callers take over before they are compiled: not compiled itself, which many small ones
 #: would be for nothing.
@@ -95,7 +111,7 @@ inlined = nb.njit(inline="always", **_OPTIONS)
 
 #: A function of its own within a kernel: compiled once however often it is called; compiled code alone calls it.
 #: Said, not left to the default: Numba hands the option of a function down to those that it compiles on the way.
-routine = nb.njit(forceinline=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)
+routine = _named(forceinline=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def kernel(function):
