@@ -9,6 +9,8 @@ from scenes import CYLINDER, LOADED, PAPER_JOINT, START, SYMMETRIC, UNBALANCED, 
 from twins.invariants import angular_momentum_z
 
 from tolmc import Body, Joint, Loads, Motion, Scene, simulate, simulate_many
+from tolmc.simulation import pilot
+from tolmc.simulation.integration import integrate
 from tolmc.simulation.pilot import plan_integration
 
 UPRIGHT = Scene(PAPER_JOINT, CYLINDER, Loads((0, 0, -9.81)), START, 0.2)
@@ -127,3 +129,22 @@ def test_a_pilot_that_meets_no_accuracy_says_so():
     settled = plan_integration(scene, {"journal_radius": (0.0198, 0.01995)})
     assert settled.unresolved == 0
     assert not settled.halving
+
+
+def test_a_pilot_has_a_bound(monkeypatch):
+    """Where it is spent before a motion is resolved, the pilot says that it is not, and with which steps it came nearest."""
+    body = Body.from_centroidal(80.0, (0.05, 0.0, 0.003), (1.2, 1.2, 1.0))
+    scene = Scene(Joint(0.0309, 0.03, 0.04), body, Loads((0, -9.81, 0)), Motion(-1.57, -1.57, 0, 0, -1.0, 0.0), 2.0)
+    taken = []
+
+    def counted(raw, plan, *settings):
+        taken.append(plan.steps * raw.shape[1])
+        return integrate(raw, plan, *settings)
+
+    monkeypatch.setattr(pilot, "integrate", counted)
+    monkeypatch.setattr(pilot, "_LANE_STEPS", 2_000)
+    plan = plan_integration(scene, on_contact_loss="continue")
+    assert plan.unresolved == 1
+    assert plan.halving
+    assert sum(taken) <= 2_000
+    assert plan.steps in taken

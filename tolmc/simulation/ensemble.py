@@ -65,9 +65,10 @@ def simulate_many(
         A sample whose invariants (energy, constraints; angular momentum about Z and Omega where they are conserved) are
         missed by more, or whose statistics contradict each other by more, has status "inaccurate".
     on_contact_loss : {"stop", "continue", "end", "follow"}
-        From the first instant at which a contact force turns negative: the force statistics stop there, go on two-sided
-        (the paper's model), or the whole sample ends there. With restitution there is "follow" alone (the default too): the
-        motion goes on through flight and impacts.
+        At the first instant at which a contact force turns negative the sample ends, all its outputs with it ("stop", "end":
+        tables count what the first leaves open both ways, what the second leaves as it is), or it goes on two-sided, as the
+        paper's model. With restitution there is "follow" alone (the default too): the motion goes on through flight and
+        impacts.
     project_energy : bool
         Also project every step on the energy; ``energy_correction`` is what that took out in all, and is judged as an error.
     halving : bool

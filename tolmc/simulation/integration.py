@@ -12,7 +12,8 @@ from tolmc.simulation.plan import Plan
 
 #: What a call of the kernels takes at best: lanes that run together.
 WIDTH = lanes.WIDTH
-_ON_LOSS = {"stop": R.STOP, "continue": R.CONTINUE, "end": R.END}
+# "stop" and "end" are one: what the two-sided model makes of a journal that has left the wall is no motion of it.
+_ON_LOSS = {"stop": R.END, "continue": R.CONTINUE, "end": R.END}
 _ATTEMPTS = 5  # runs of a lane whose loss of contact only its refined extrema decide
 
 

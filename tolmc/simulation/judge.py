@@ -118,10 +118,12 @@ def _contradiction(results: np.ndarray, raw: np.ndarray, always: np.ndarray) -> 
     belong together.
     """
     miss = results[R.TILT_MAX] - np.arctan2(raw[P.RADIUS], raw[P.HALF_LENGTH])
+    # Relative to the larger force of the two ends: one that is 0 has nothing but rounding to compare.
+    largest = np.abs(results[[R.D_MAX, R.D_MIN, R.E_MAX, R.E_MIN]]).max(axis=0)
     for first in (R.D_MAX, R.E_MAX):
         highest, lowest, mean, rms = results[first : first + 4]
-        largest = np.maximum(np.abs(highest), np.abs(lowest))
-        force = np.maximum.reduce([mean - highest, lowest - mean, np.abs(mean) - rms, rms - largest])
+        beyond = rms - np.maximum(np.abs(highest), np.abs(lowest))
+        force = np.maximum.reduce([mean - highest, lowest - mean, np.abs(mean) - rms, beyond])
         force = np.divide(force, largest, out=np.zeros_like(force), where=always & (largest > 0))
         miss = np.maximum(miss, force)
     return miss

@@ -34,6 +34,8 @@ _MOST_STEPS = 2_000_000
 _PATIENCE = 6  # halvings of the step without gain after which the pilot gives a motion up
 _FAR_FASTER = 64  # how much faster than the middle one a motion may be for the pilot to follow it
 _EXACT_BALANCE = 1e-12  # energy error of a motion whose steps cannot be shortened with any gain
+#: Steps of all its motions together that the pilot may take: a second for a symmetric body, two for any.
+_LANE_STEPS = 6_000_000
 _PILOT_SHARE = 0.3  # the pilot aims below the stated accuracy, for samples between its corners
 
 
@@ -57,38 +59,45 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy) 
     """``draft`` with the fewest steps with which every column of ``raw`` meets its accuracy by step halving.
 
     A column whose error falls no further however short the step, or whose motion is far faster than the others' (a clearance
-    of a few roundings, say), is set aside and counted as unresolved.
+    of a few roundings, say), is set aside and counted as unresolved; so is what has not met the accuracy when the pilot has
+    spent its lane-steps. Nothing is begun again without it: the steps are those with which the last of the others met it, or,
+    where none did, those with which most came nearest.
     """
     target = _PILOT_SHARE * draft.accuracy
     order = TABLEAUX[draft.method].order
 
     def results(steps):
-        return integrate(raw, replace(draft, steps=steps), forces, duration, on_contact_loss, project_energy)
+        inside = np.ascontiguousarray(raw[:, left])
+        return integrate(inside, replace(draft, steps=steps), forces, duration, on_contact_loss, project_energy)
 
     guesses = _first_guess(raw, duration)
-    fast = guesses > _FAR_FASTER * np.median(guesses)
-    if fast.any():
-        rest = np.ascontiguousarray(raw[:, ~fast])
-        plan = _pilot(rest, draft, forces, duration, on_contact_loss, project_energy)
-        return replace(plan, unresolved=plan.unresolved + int(fast.sum()))
-    steps = int(guesses.max())
+    left = np.flatnonzero(guesses <= _FAR_FASTER * np.median(guesses))
+    steps, spent = int(guesses[left].max()), 0
+    met, met_error = np.zeros(raw.shape[1], int), np.full(raw.shape[1], np.inf)
+    nearest, best_steps = np.inf, steps
+    stalled, best = np.zeros(len(left), int), np.full(len(left), np.inf)
     coarse = results(steps)
-    stalled, previous = np.zeros(raw.shape[1], int), np.full(raw.shape[1], np.inf)
     while True:
         fine = results(2 * steps)
-        errors = difference(coarse, fine, raw[P.RADIUS], draft, forces)
+        spent += 3 * steps * len(left)
+        errors = difference(coarse, fine, raw[P.RADIUS, left], draft, forces)
+        good = errors <= target
+        first = good & (met[left] == 0)
+        met[left[first]] = steps
+        met_error[left] = np.where(good, errors, met_error[left])
+        if np.median(errors) < nearest:
+            nearest, best_steps = float(np.median(errors)), steps
+        if good.all():
+            break
+        stalled = np.where(good | (errors < 0.5 * best), 0, stalled + 1)
+        best = np.minimum(best, errors)
+        exhausted = 2 * steps >= _MOST_STEPS or spent + 6 * steps * len(left) > _LANE_STEPS
+        kept = good if exhausted else stalled <= _PATIENCE
+        left, errors, stalled, best = left[kept], errors[kept], stalled[kept], best[kept]
+        if not len(left) or (errors <= target).all():
+            break
+        coarse, fine = coarse[:, kept], fine[:, kept]
         error = float(errors.max())
-        if error <= target:
-            return replace(draft, steps=steps, pilot_error=error)
-        stalled = np.where((errors <= target) | (errors < 0.5 * previous), 0, stalled + 1)
-        hopeless = errors > target if 2 * steps >= _MOST_STEPS else stalled > _PATIENCE
-        if hopeless.all():
-            return replace(draft, steps=steps, pilot_error=error, unresolved=len(hopeless))
-        if hopeless.any():
-            rest = np.ascontiguousarray(raw[:, ~hopeless])
-            plan = _pilot(rest, draft, forces, duration, on_contact_loss, project_energy)
-            return replace(plan, unresolved=plan.unresolved + int(hopeless.sum()))
-        previous = errors
         if error < 1e-2:
             # Within the range where the order holds, go straight to the number of steps that it asks for.
             wanted = math.ceil(1.05 * steps * (error / target) ** (1 / order))
@@ -97,6 +106,10 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy) 
                 coarse = results(steps)
                 continue
         steps, coarse = 2 * steps, fine
+    unresolved = raw.shape[1] - len(left)
+    if not len(left):
+        return replace(draft, steps=best_steps, pilot_error=nearest, unresolved=unresolved)
+    return replace(draft, steps=int(met[left].max()), pilot_error=float(met_error[left].max()), unresolved=unresolved)
 
 
 def _pilot_one_sided(raw, draft: Plan, forces, duration) -> Plan:

@@ -97,7 +97,7 @@ def published_results(raw, plan: Plan, forces: bool, duration: float, on_contact
             # The polynomial through the squares of a coarse step may turn negative.
             rms = math.sqrt(max(square, 0.0))
             out[first : first + 4, i] = side.maximum(until), -side.negative().maximum(until), mean, rms
-        out[R.TILT_MAX, i] = tilt.maximum(until if on_contact_loss == "end" else duration)
+        out[R.TILT_MAX, i] = tilt.maximum(until)
         out[R.LOSS_TIME, i] = loss
         if not np.isnan(loss):
             out[R.STATUS, i], out[R.END_TIME, i] = R.CONTACT_LOST, loss

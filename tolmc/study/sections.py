@@ -285,8 +285,9 @@ class MonteCarloSection(Section):
     method: Literal["rk4", "rk8", "auto"] = "rk8"
     """Runge-Kutta method."""
     on_contact_loss: Literal[quantities.ON_CONTACT_LOSS] = "stop"
-    """What happens where the journal leaves the wall: the outputs "stop" there, the motion may "continue" with a wall that
-    pulls, or the sample may "end"; "follow", through flight and impacts, is what `[contact] restitution` does."""
+    """What happens where the journal leaves the wall: the motion "stop"s there and its outputs count both ways, or "end"s and
+    they count as they are, or may "continue" with a wall that pulls; "follow", through flight and impacts, is what
+    `[contact] restitution` does."""
     project_energy: StrictBool = False
     """Whether every step is brought back to the energy at the start (and what the loads have done since)."""
     halving: StrictBool = False

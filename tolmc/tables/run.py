@@ -92,7 +92,7 @@ def _step_note(unresolved: int) -> Note:
     return Note(
         f"Step: {unresolved} of the motions at the nominal and corner dimensions met the accuracy with no step (a "
         "clearance near zero, or a chaotic motion). Every sample was therefore integrated twice and judged by the difference; "
-        "those that miss the accuracy have status inaccurate.",
+        "those that miss the accuracy have status inaccurate. A shorter duration or a larger accuracy may be within reach.",
         strong="Step",
     )
 

@@ -13,7 +13,7 @@ from tolmc.kernels.watchers import Watcher
 
 def constraints(system: System) -> Watcher:
     """Watcher of the largest constraint error left after a projection."""
-    largest, error_rows = system.layout.row(), system.stepper.error
+    largest, error_rows, open_motion = system.layout.row(), system.stepper.error, system.open_motion
 
     @routine
     def begin(run, block, step, y, end, coef, work):
@@ -24,7 +24,8 @@ def constraints(system: System) -> Watcher:
     def look(run, block, step, y, end, coef, work):
         error = work[error_rows]
         for lane in range(WIDTH):
-            work[largest + lane] = max(work[largest + lane], error[lane])
+            counts = work[open_motion + lane] > 0.0 and error[lane] > work[largest + lane]
+            work[largest + lane] = error[lane] if counts else work[largest + lane]
 
     @routine
     def finish(run, block, step, y, end, coef, work):
