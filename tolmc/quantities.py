@@ -136,6 +136,8 @@ SCALAR_ROWS = (
     Scalar("half_length", "length", "Half length L", "L", "HALF_LENGTH", "joint"),
     Scalar("restitution", "ratio", "Restitution e", "e", "RESTITUTION", "contact"),
     Scalar("contact_stiffness", "contact stiffness", "Contact stiffness K", "K", "CONTACT_STIFFNESS", "contact"),
+    Scalar("friction", "ratio", "Friction μ", "μ", "FRICTION", "contact"),
+    Scalar("slip_speed", "speed", "Slip speed v_ε", "v_ε", "SLIP_SPEED", "contact"),
     Scalar("mass", "mass", "Mass", "m", "MASS", "body"),
     *_vector("center_of_mass", "length", "Center of mass", "r_C", "COM", "body"),
     *(
@@ -196,6 +198,28 @@ def _impacts(end: str) -> tuple[Output, ...]:
     )
 
 
+def _friction() -> tuple[Output, ...]:
+    """What friction does at the closed contacts, impacts left out, and what the drive that holds the spin gives."""
+
+    def row(name: str, kind: str, label: str, symbol: str, key: str, settled: str, when: str = "friction") -> Output:
+        return Output(name, kind, label, symbol, key, "statistics", when=when, settled=settled)
+
+    return (
+        row("friction_torque_max", "torque", "Friction torque, max", "M_f", "FRICTION_TORQUE_MAX", "grows"),
+        row("friction_torque_mean", "torque", "Friction torque, mean", "M_f", "FRICTION_TORQUE_MEAN", "at end"),
+        row("friction_power_mean", "power", "Friction power, mean", "P_f", "FRICTION_POWER_MEAN", "at end"),
+        row("friction_work", "energy", "Friction work", "W_f", "FRICTION_WORK", "grows"),
+        row("slip_work_D", "energy", "Slip work at D", "N_D", "D_SLIP_WORK", "grows"),
+        row("slip_work_E", "energy", "Slip work at E", "N_E", "E_SLIP_WORK", "grows"),
+        row("slow_share", "share", "Share of time below the slip speed", "", "SLOW_SHARE", "at end"),
+        row("whirl_rate_mean", "angular velocity", "Whirl rate, mean", "", "WHIRL_RATE_MEAN", "at end"),
+        row("spin_end", "angular velocity", "Spin rate at the end", "Ω", "SPIN_END", "at end"),
+        row("drive_torque_max", "torque", "Drive torque, max", "M_d", "DRIVE_TORQUE_MAX", "grows", "driven"),
+        row("drive_torque_mean", "torque", "Drive torque, mean", "M_d", "DRIVE_TORQUE_MEAN", "at end", "driven"),
+        row("drive_power_mean", "power", "Drive power, mean", "P_d", "DRIVE_POWER_MEAN", "at end", "driven"),
+    )
+
+
 #: In the order in which tables show them.
 OUTPUT_ROWS = (
     *(
@@ -222,6 +246,7 @@ OUTPUT_ROWS = (
         "first_impact_time", "time", "First impact time", row="FIRST_IMPACT", group="statistics", when="one_sided", event=True
     ),
     Output("impact_energy_loss", "energy", "Energy lost in impacts", row="IMPACT_LOSS", group="statistics", when="one_sided"),
+    *_friction(),
     Output("energy_error", "error", "Energy error", row="ENERGY_ERROR", group="integration"),
     Output("constraint_error", "error", "Constraint error", row="CONSTRAINT_ERROR", group="integration"),
     Output("momentum_error", "error", "Momentum error", row="MOMENTUM_ERROR", group="integration", when="momentum"),

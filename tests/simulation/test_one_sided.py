@@ -1,48 +1,18 @@
 """One-sided contact: reference motions, closed forms, and what must hold for any motion that leaves the wall."""
 
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
+from one_sided_rows import CASES, bore, row_of, scene_of
 from scenes import PAPER_JOINT, SYMMETRIC, UNBALANCED, dimensions
 
 import tolmc
-from tolmc.quantities import END_OUTPUTS
 from tolmc.simulation import one_sided
 
-_CASES = json.loads((Path(__file__).parents[1] / "data" / "one_sided.json").read_text())
-SMOOTH = {name: case for name, case in _CASES.items() if not case["friction"]}
+SMOOTH = {name: case for name, case in CASES.items() if not case["friction"]}
 GRAVITY = tolmc.Loads((0, -9.81, 0))
-
-
-def scene_of(case):
-    joint = tolmc.Joint(*(case[name] for name in ("bearing_radius", "journal_radius", "half_length", "section")))
-    motion = case["motion"]
-    return tolmc.Scene(
-        replace(joint, restitution=case["restitution"]),
-        tolmc.Body(case["mass"], case["center_of_mass"], case["inertia"]),
-        tolmc.Loads(case["gravity"], case["force"], case["force_point"]),
-        tolmc.Motion.free(**motion) if "origin" in motion else tolmc.Motion(**motion),
-        case["duration"],
-    )
-
-
-def row_of(scene, **options):
-    """All outputs of one motion, the state at its end included."""
-    statistics = tolmc.simulate_many(scene, **dimensions(scene), **options).iloc[0]
-    end = tolmc.simulate_many(scene, **dimensions(scene), outputs=END_OUTPUTS, **options).iloc[0]
-    return pd.concat([statistics, end[list(END_OUTPUTS)]])
-
-
-def bore(scene, n, seed=0):
-    """Bearing radii of ``n`` samples that differ by a twentieth of the clearance."""
-    joint = scene.joint
-    spread = 0.05 * (joint.bearing_radius - joint.journal_radius)
-    return joint.bearing_radius + spread * np.random.default_rng(seed).uniform(-1, 1, n)
 
 
 def many(scene, n, **options):
@@ -174,7 +144,7 @@ def test_the_force_of_an_impact_is_that_of_hertz():
 
 @pytest.mark.parametrize("name", ["falls_from_the_side", "exact_section_falls", "unbalanced_shaft_hops"])
 def test_a_sample_does_not_depend_on_its_neighbours(name):
-    scene = scene_of(_CASES[name])
+    scene = scene_of(CASES[name])
     step = scene.duration / 150
     whole = many(scene, 150, step=step)
     assert whole.status.eq("ok").all()
@@ -206,7 +176,7 @@ def test_a_motion_that_keeps_contact_has_the_bits_it_has_without(body):
 
 @pytest.mark.slow
 def test_both_methods_come_to_the_same():
-    scene = scene_of(_CASES["dropped_from_the_middle"])
+    scene = scene_of(CASES["dropped_from_the_middle"])
     coarse, fine = (row_of(scene, step=step, method="rk4") for step in (2e-4, 1e-4))
     exact = row_of(scene, step=2e-4)
     errors = [abs(row.origin_x_end - exact.origin_x_end) for row in (coarse, fine)]
@@ -216,7 +186,7 @@ def test_both_methods_come_to_the_same():
 
 
 def test_the_order_of_the_method_survives_impacts():
-    scene = scene_of(_CASES["dropped_from_the_middle"])
+    scene = scene_of(CASES["dropped_from_the_middle"])
     exact = row_of(scene, step=5e-4)
     errors = []
     for steps in (6, 12):
@@ -298,9 +268,9 @@ def test_a_start_without_room_is_invalid():
 
 
 def test_a_trajectory_has_both_sides_of_its_impacts():
-    scene = scene_of(_CASES["dropped_from_the_middle"])
+    scene = scene_of(CASES["dropped_from_the_middle"])
     motion = tolmc.simulate(scene)
-    reference = _CASES["dropped_from_the_middle"]["events"]
+    reference = CASES["dropped_from_the_middle"]["events"]
     assert motion.status == "ok"
     assert motion.time[-1] == scene.duration
     assert motion.events.time == pytest.approx([time for time, _, _ in reference], rel=1e-7)
@@ -312,12 +282,12 @@ def test_a_trajectory_has_both_sides_of_its_impacts():
         np.testing.assert_allclose(motion.origin[before], motion.origin[after], rtol=0, atol=1e-15)
         assert motion.energy[after] < motion.energy[before]
     loss = motion.energy[0] - motion.energy[-1]
-    assert loss == pytest.approx(_CASES["dropped_from_the_middle"]["expected"]["impact_energy_loss"], rel=1e-7)
+    assert loss == pytest.approx(CASES["dropped_from_the_middle"]["expected"]["impact_energy_loss"], rel=1e-7)
     assert {"closed_D", "closed_E"} < set(motion.to_frame())
 
 
 def test_a_trajectory_tells_release_and_rest():
-    motion = tolmc.simulate(scene_of(_CASES["unbalanced_shaft_hops"]))
+    motion = tolmc.simulate(scene_of(CASES["unbalanced_shaft_hops"]))
     assert motion.events.kind[0] == "release"
     assert motion.closed[0].all()
     np.testing.assert_array_equal(motion.contact_force[~motion.closed], 0.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,8 +18,10 @@ from tolmc.mechanism.checks import finite_number, finite_vector, plain_array, se
 from tolmc.mechanism.motion import Motion
 from tolmc.mechanism.operating import Operating, closing_sentence, operating_dimensions
 from tolmc.quantities import CONTACT, FREE_START, JOINT, OPERATING, SCALARS, SPIN, START
+from tolmc.units import read
 
 SECTIONS = ("circle", "exact")
+DRIVES = ("free", "constant speed")
 
 #: What may be given as a vector (x, y, z).
 Vector = Sequence[float] | np.ndarray
@@ -43,6 +45,11 @@ class Joint:
     contact_stiffness : float or None, N/m^1.5
         K of Hertz's law F = K delta^1.5 between journal and wall, for the peak forces of impacts; None: a rigid impact has an
         impulse and no force.
+    friction : float
+        Coefficient mu >= 0 of Coulomb friction between journal and wall, F = -mu N v/sqrt(|v|^2 + v_eps^2) at slip v; 0: none.
+        Without restitution the motion ends where contact is lost.
+    slip_speed : float, m/s, or str with a unit
+        v_eps > 0, below which friction falls off with the slip: what it leaves of sticking is a creep of about this speed.
     """
 
     bearing_radius: float
@@ -51,6 +58,22 @@ class Joint:
     section: str = "circle"
     restitution: float | None = None
     contact_stiffness: float | None = None
+    friction: float = 0.0
+    slip_speed: float = cast(float, "1 mm/s")
+
+    if TYPE_CHECKING:  # what may be given is more than what is kept
+
+        def __init__(
+            self,
+            bearing_radius: float,
+            journal_radius: float,
+            half_length: float,
+            section: str = "circle",
+            restitution: float | None = None,
+            contact_stiffness: float | None = None,
+            friction: float = 0.0,
+            slip_speed: float | str = "1 mm/s",
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         set_frozen(
@@ -65,6 +88,7 @@ class Joint:
         if self.section not in SECTIONS:
             raise ValueError(f"Joint: section = {self.section!r} is unknown; allowed: {', '.join(SECTIONS)}.")
         self._check_contact()
+        self._check_friction()
 
     def _check_contact(self) -> None:
         if self.restitution is not None:
@@ -82,6 +106,21 @@ class Joint:
                     f"Joint: contact_stiffness = {stiffness!r} N/m^1.5 is for impacts, which a joint without restitution "
                     "does not have; give restitution too."
                 )
+
+    def _check_friction(self) -> None:
+        set_frozen(self, friction=finite_number("Joint", "friction", self.friction))
+        if self.friction < 0.0:
+            raise ValueError(
+                f"Joint: friction = {self.friction!r} is out of range; allowed: 0 (none) or more. Friction opposes the slip "
+                "whatever its direction: give the coefficient without a sign."
+            )
+        speed = self.slip_speed
+        if isinstance(speed, str):
+            try:
+                speed = read(speed, "m/s")
+            except (ValueError, TypeError) as error:
+                raise type(error)(f"Joint: slip_speed = {error}") from None
+        set_frozen(self, slip_speed=finite_number("Joint", "slip_speed", speed, positive=True))
 
     @property
     def _dimensions(self) -> tuple[float, float, float]:
@@ -223,12 +262,16 @@ class Loads:
         when None).
     torque : 3 floats or None, N m
         Constant torque in fixed axes.
+    drive : {"free", "constant speed"}
+        Whether the body turns about its axis as it will, or a drive holds Omega at the motion's spin_rate by a torque along
+        the axis, which is an output.
     """
 
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     force: tuple[float, float, float] | None = None
     force_point: tuple[float, float, float] | None = None
     torque: tuple[float, float, float] | None = None
+    drive: str = "free"
 
     if TYPE_CHECKING:
 
@@ -238,6 +281,7 @@ class Loads:
             force: Vector | None = None,
             force_point: Vector | None = None,
             torque: Vector | None = None,
+            drive: str = "free",
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -247,6 +291,8 @@ class Loads:
                 set_frozen(self, **{name: finite_vector("Loads", name, getattr(self, name))})
         if self.force_point is not None and self.force is None:
             raise ValueError("Loads: force_point is given without force; give the force (N) that acts there.")
+        if self.drive not in DRIVES:
+            raise ValueError(f"Loads: drive = {self.drive!r} is unknown; allowed: {', '.join(DRIVES)}.")
 
 
 @dataclass(frozen=True)
@@ -319,6 +365,7 @@ class Scene:
             "half_length": joint.half_length,
             "restitution": joint.restitution or 0.0,
             "contact_stiffness": joint.contact_stiffness or 0.0,
+            "friction": joint.friction, "slip_speed": joint.slip_speed,
             "mass": body.mass,
             "inertia_xx": J[0, 0], "inertia_yy": J[1, 1], "inertia_zz": J[2, 2],
             "inertia_xy": J[0, 1], "inertia_xz": J[0, 2], "inertia_yz": J[1, 2],
@@ -357,13 +404,15 @@ class Scene:
             self,
             joint=self._joint(s),
             body=Body(s["mass"], vector("center_of_mass"), inertia),
-            loads=Loads(vector("gravity"), optional("force"), optional("force_point"), optional("torque")),
+            loads=Loads(
+                vector("gravity"), optional("force"), optional("force_point"), optional("torque"), self.loads.drive
+            ),
             motion=self._motion(s),
             operating=operating,
         )
 
     def _joint(self, s: Mapping[str, float]) -> Joint:
-        contact = {name: None if getattr(self.joint, name) is None else s[name] for name in CONTACT}
+        contact: dict[str, Any] = {name: None if getattr(self.joint, name) is None else s[name] for name in CONTACT}
         return Joint(s["bearing_radius"], s["journal_radius"], s["half_length"], self.joint.section, **contact)
 
     def _motion(self, s: Mapping[str, float]) -> Motion:

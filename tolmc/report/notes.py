@@ -145,7 +145,8 @@ def _of_wall(study: Study) -> list[str]:
     """What the wall does, and what it does not."""
     if study.scene.joint.restitution is None:
         return [
-            "Journal, bearing and body are rigid; the contact has no friction, no lubricant film, no compliance and no impact.",
+            "Journal, bearing and body are rigid; the contact has no lubricant film, no compliance and no impact.",
+            _of_friction(study),
             "The journal touches the bearing at both ends all the time. Where a contact force would turn negative the real "
             f"journal leaves the wall: {_ON_CONTACT_LOSS[study.on_contact_loss]}.",
         ]
@@ -153,11 +154,25 @@ def _of_wall(study: Study) -> list[str]:
         "an impulse" if study.scene.joint.contact_stiffness is None else "an impulse, and a peak force by Hertz's law,"
     )
     return [
-        "Journal, bearing and body are rigid; the contact has no friction and no lubricant film.",
+        "Journal, bearing and body are rigid; the contact has no lubricant film.",
+        _of_friction(study),
         "The wall only pushes: the journal leaves it, flies and hits it, and its normal speed after an impact is the "
         f"restitution times that before. A rigid impact has {force} and lasts no time; bounces too low to matter are left out, "
         "and impacts are counted down to that height.",
     ]
+
+
+def _of_friction(study: Study) -> str:
+    """The law of friction, or that there is none."""
+    joint = study.scene.joint
+    if joint.friction == 0.0 and all(row.name != "friction" for row in study.tolerances.varied):
+        return "The contact has no friction."
+    return (
+        f"Friction is Coulomb's with μ = {joint.friction:.4g}, made regular: at slips below "
+        f"{phrases.quantity('slip_speed', joint.slip_speed)} it falls off with the slip, so that a journal that would stick "
+        "creeps. Friction's torque, power and work and the slip work are of lasting contact; the share of impacts is in the "
+        "energy that these lose."
+    )
 
 
 def of_impacts(summary: pd.DataFrame) -> str:

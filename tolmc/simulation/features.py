@@ -27,6 +27,14 @@ class Features:
     one_sided: bool = False
     free: bool = False
     stiffness: bool = False
+    #: Whether there is friction, and whether a drive holds Omega.
+    friction: bool = False
+    driven: bool = False
+
+    @property
+    def rubs(self) -> bool:
+        """Whether Omega changes by friction or is held: motions of the one-sided kernels from their start."""
+        return self.friction or self.driven
 
     @property
     def formulation(self) -> str:
@@ -67,21 +75,28 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
         scene.check_has(name)
     operating = scene.operating is not None or bool(varied & set(OPERATING))
     one_sided = scene.joint.restitution is not None
-    if one_sided:
+    friction, driven = scene.joint.friction > 0.0 or "friction" in varied, scene.loads.drive != "free"
+    rubs = friction or driven
+    if one_sided or rubs:
         _check_free_body(scene)
+    if friction and not driven and not scene.scalars["inertia_zz"] > 0:
+        raise ValueError(
+            "Body: inertia[2, 2] = 0 kg m^2 has no spin dynamics under friction; allowed: > 0. Give the journal's own inertia, "
+            'or let a drive hold its speed, Loads(drive="constant speed").'
+        )
     return Features(
-        general, axial, exact, bool(present),
+        general, axial and not rubs, exact, bool(present),
         # Impacts keep the momentum about Z, but it is the energy that watches them.
-        momentum=not turned and not one_sided, spin=symmetric, operating=operating, one_sided=one_sided,
-        free=scene.motion.is_free, stiffness=scene.joint.contact_stiffness is not None,
+        momentum=not (turned or one_sided or rubs), spin=symmetric and not rubs, operating=operating, one_sided=one_sided,
+        free=scene.motion.is_free, stiffness=scene.joint.contact_stiffness is not None, friction=friction, driven=driven,
     )  # fmt: skip
 
 
 def _check_free_body(scene: Scene) -> None:
-    """A body that leaves the wall turns about its centre of mass: it must have moments of inertia there."""
+    """The one-sided kernels' equations are those of the free body: it must have moments of inertia about its centre of mass."""
     moments = np.linalg.eigvalsh(scene.body.centroidal_inertia[:2, :2])
     if not moments[0] > 1e-9 * np.abs(scene.body.inertia).max():
         raise ValueError(
             f"Body: the moments of inertia about the centre of mass across the axis are {moments.tolist()} kg m^2; a journal "
-            "that may leave the wall (restitution is given) needs them > 0. Give the body's own inertia."
+            "that may leave the wall, or has friction or a drive, needs them > 0. Give the body's own inertia."
         )

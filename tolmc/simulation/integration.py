@@ -28,11 +28,11 @@ def integrate(
 ) -> np.ndarray:
     """Results (R.RESULTS, n) of the columns of ``raw``, with a wall that only pushes where the plan has one."""
     out = np.empty((R.RESULTS, raw.shape[1])) if out is None else out
-    if not plan.features.one_sided:
-        return _two_sided(raw, plan, forces, duration, on_contact_loss, project_energy, out)
-    if plan.features.free:
+    if plan.features.rubs or plan.features.free:
         out[:] = one_sided.integrate(raw, plan, duration)
         return out
+    if not plan.features.one_sided:
+        return _two_sided(raw, plan, forces, duration, on_contact_loss, project_energy, out)
     # The forces are needed whoever asks for them: they say which motions leave the wall.
     _two_sided(raw, plan, True, duration, "end", project_energy, out)
     one_sided.never_left(out)

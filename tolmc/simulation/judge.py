@@ -59,8 +59,11 @@ def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, plan: P
     return np.where(np.isfinite(worst), worst, np.inf)
 
 
-def one_sided_difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Relative difference of two results with one-sided contact, a number a sample: end of the motion, tilt, mean forces."""
+def one_sided_difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, plan: Plan) -> np.ndarray:
+    """Relative difference of two results with one-sided contact, a number a sample: end of the motion, tilt, mean forces.
+
+    With friction also of its work and of the spin rate at the end.
+    """
     end, axis = slice(R.ORIGIN_X, R.ORIGIN_Y + 1), [R.AXIS_X, R.AXIS_Y, R.AXIS_Z, R.TILT_MAX]
     worst = np.abs(coarse[end] - fine[end]).max(axis=0) / radius
     worst = np.maximum(worst, np.abs(coarse[axis] - fine[axis]).max(axis=0))
@@ -68,6 +71,10 @@ def one_sided_difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarra
     scale = np.abs(fine[means]).max(axis=0)
     load = np.abs(coarse[means] - fine[means]).max(axis=0)
     worst = np.maximum(worst, np.divide(load, scale, out=np.zeros_like(load), where=scale > 0))
+    if plan.features.rubs:
+        for row in (R.FRICTION_WORK, R.SPIN_END):
+            change, scale = np.abs(coarse[row] - fine[row]), np.abs(fine[row])
+            worst = np.maximum(worst, np.divide(change, scale, out=np.zeros_like(change), where=scale > 0))
     return np.where(np.isfinite(worst) & (coarse[R.STATUS] == fine[R.STATUS]), worst, np.inf)
 
 
@@ -84,9 +91,10 @@ def judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, f
     finite = np.isfinite(worst)
     if forces:
         numbers = [ROWS[row.name] for row in statistics if not row.event]
-        untouched = _untouched(results) if plan.features.one_sided else {}
+        one_sided = plan.features.one_sided or plan.features.rubs
+        untouched = _untouched(results) if one_sided else {}
         finite &= np.logical_and.reduce([np.isfinite(results[row]) | untouched.get(row, False) for row in numbers])
-        always = ~_has_left(results) if plan.features.one_sided else np.ones(len(code), bool)
+        always = ~_has_left(results) if one_sided else np.ones(len(code), bool)
         worst = np.maximum(worst, _contradiction(results, raw, always))
     good = finite & (worst <= plan.accuracy)
     if not good.all():
@@ -103,7 +111,8 @@ def judged(code: np.ndarray, results: np.ndarray, raw: np.ndarray, plan: Plan, f
 def _untouched(results: np.ndarray) -> dict[int, np.ndarray]:
     """Rows that closed contact alone fills, and in which samples there was none."""
     never = {R.D_MAX: results[R.D_CLOSED_SHARE] == 0, R.E_MAX: results[R.E_CLOSED_SHARE] == 0}
-    return {first + place: where for first, where in never.items() for place in (0, 1, 3)}
+    apart = (results[R.D_CLOSED_SHARE] == 0) & (results[R.E_CLOSED_SHARE] == 0)
+    return {first + place: where for first, where in never.items() for place in (0, 1, 3)} | {R.WHIRL_RATE_MEAN: apart}
 
 
 def _has_left(results: np.ndarray) -> np.ndarray:

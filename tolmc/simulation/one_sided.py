@@ -1,6 +1,7 @@
 """Motions that leave the wall: the samples that do, from the parameters to the same rows of results as all others.
 
-The two-sided kernel runs first; only samples that lose contact, or start without it, are integrated here.
+Without friction and drive the two-sided kernel runs first; only samples that lose contact, or start without it, are integrated
+here.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ _STATUS = {
     at.PENETRATES: R.CONTACT_UNRESOLVED,
     at.UNRESOLVED: R.CONTACT_UNRESOLVED,
     at.NO_SOLUTION: R.NO_CONTACT_FORCES,
+    at.LOST: R.CONTACT_LOST,
 }
 
 
@@ -39,7 +41,10 @@ def given(raw: np.ndarray, plan: Plan) -> np.ndarray:
     n = raw.shape[1]
     rows = np.zeros((at.GIVEN, n))
     rows[at.RESTITUTION], rows[at.STIFFNESS] = raw[P.RESTITUTION], raw[P.CONTACT_STIFFNESS]
-    rows[at.SLIP_SPEED], rows[at.LOSS] = 1.0, -1.0
+    if not plan.features.one_sided:
+        rows[at.RESTITUTION] = -1.0
+    rows[at.FRICTION], rows[at.SLIP_SPEED] = raw[P.FRICTION], raw[P.SLIP_SPEED]
+    rows[at.LOSS], rows[at.HELD] = -1.0, plan.features.driven
     aimed = _FINE if math.isnan(plan.pilot_error) else plan.accuracy
     rows[at.REST] = _REST_HEIGHT * max(aimed / _FINE, 1.0)
     if plan.features.free:
@@ -63,7 +68,9 @@ def has_room(raw: np.ndarray, plan: Plan) -> np.ndarray:
 
 def _flags(plan: Plan) -> tuple[int | None, ...]:
     features = plan.features
-    return tuple(1 if flag else None for flag in (features.exact, features.general, False, plan.method == "rk4"))
+    return tuple(
+        1 if flag else None for flag in (features.exact, features.general, features.rubs, plan.method == "rk4")
+    )
 
 
 def integrate(raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:
@@ -87,31 +94,48 @@ def integrate(raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:
         np.empty((at.EVENT, 0)),
         *_flags(plan),
     )
-    return _results(found, duration)
+    return _results(found, raw, plan, duration)
 
 
-def _results(found: np.ndarray, duration: float) -> np.ndarray:
+def _results(found: np.ndarray, raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:
     """The rows of :mod:`tolmc.kernels.results` from the kernels' own."""
     out = np.zeros((R.RESULTS, found.shape[1]))
     status = found[at.R_STATUS].astype(int)
     for code, ours in _STATUS.items():
         out[R.STATUS, status == code] = ours
     out[R.END_TIME] = found[at.R_END]
+    # Where a wall without restitution loses its journal the motion ends.
+    lasted = duration if plan.features.one_sided else np.where(out[R.END_TIME] > 0.0, out[R.END_TIME], 1.0)
     for side, (highest, first) in enumerate(((R.D_MAX, R.D_IMPACTS), (R.E_MAX, R.E_IMPACTS))):
         out[highest : highest + 2] = found[at.R_D_MAX + 2 * side : at.R_D_MAX + 2 * side + 2]
-        out[highest + 2] = found[at.R_INTEGRAL_D + side] / duration
+        out[highest + 2] = found[at.R_INTEGRAL_D + side] / lasted
         time = found[at.R_TIME_D + side]
         square = np.maximum(found[at.R_SQUARE_D + side], 0.0)
         out[highest + 3] = np.sqrt(np.divide(square, time, out=np.full_like(time, np.nan), where=time > 0))
         for row, source in enumerate((at.R_COUNT_D, at.R_SPEED_D, at.R_IMPULSE_D, at.R_TOTAL_D)):
             out[first + row] = found[source + side]
-        out[first + 4], out[first + 5] = time / duration, found[at.R_PEAK_D + side]
+        out[first + 4], out[first + 5] = time / lasted, found[at.R_PEAK_D + side]
     out[R.TILT_MAX], out[R.LOSS_TIME] = found[at.R_TILT], found[at.R_LOST_AT]
-    out[R.FREE_SHARE], out[R.FIRST_IMPACT] = found[at.R_TIME_FREE] / duration, found[at.R_HIT_AT]
+    out[R.FREE_SHARE], out[R.FIRST_IMPACT] = found[at.R_TIME_FREE] / lasted, found[at.R_HIT_AT]
     out[R.IMPACT_LOSS] = found[at.R_IMPACT_LOSS]
     out[R.ENERGY_ERROR], out[R.CONSTRAINT_ERROR] = found[at.R_ENERGY_ERROR], np.abs(found[at.R_PENETRATION])
     out[R.ORIGIN_X : R.AXIS_Z + 1] = found[at.R_X : at.R_AXIS_Z + 1]
+    if plan.features.rubs:
+        _rubbed(out, found, raw, lasted)
     return out
+
+
+def _rubbed(out: np.ndarray, found: np.ndarray, raw: np.ndarray, lasted: float | np.ndarray) -> None:
+    """The rows that friction and a drive add."""
+    out[R.FRICTION_TORQUE_MAX], out[R.FRICTION_TORQUE_MEAN] = found[at.R_TORQUE_MAX], found[at.R_TORQUE] / lasted
+    out[R.FRICTION_WORK], out[R.FRICTION_POWER_MEAN] = found[at.R_HEAT], found[at.R_HEAT] / lasted
+    out[R.D_SLIP_WORK], out[R.E_SLIP_WORK] = found[at.R_SLIP_D], found[at.R_SLIP_E]
+    out[R.SLOW_SHARE] = found[at.R_SLOW] / lasted
+    touched = found[at.R_TIME_D] + found[at.R_TIME_E]
+    out[R.WHIRL_RATE_MEAN] = np.divide(found[at.R_TURN], touched, out=np.full_like(touched, np.nan), where=touched > 0)
+    out[R.SPIN_END] = found[at.R_OMEGA]
+    out[R.DRIVE_TORQUE_MAX], out[R.DRIVE_TORQUE_MEAN] = found[at.R_DRIVE_MAX], found[at.R_DRIVE] / lasted
+    out[R.DRIVE_POWER_MEAN] = out[R.DRIVE_TORQUE_MEAN] * raw[P.SPIN_RATE]
 
 
 def never_left(results: np.ndarray) -> None:
@@ -132,7 +156,10 @@ def no_events() -> np.recarray:
 
 @dataclass(frozen=True)
 class Rows:
-    """A motion row by row: time (n,), origin, slope, force, closed (2, n) each, energy (n,) without a symmetric body's spin."""
+    """A motion row by row: time (n,), origin, slope, force, closed (2, n) each, energy (n,), spin_rate (n,).
+
+    The energy is without a symmetric body's spin where that is constant.
+    """
 
     time: np.ndarray
     origin: np.ndarray
@@ -140,6 +167,7 @@ class Rows:
     force: np.ndarray
     closed: np.ndarray
     energy: np.ndarray
+    spin_rate: np.ndarray
 
 
 def flown(raw: np.ndarray, plan: Plan, duration: float) -> tuple[Rows, np.recarray]:
@@ -148,7 +176,7 @@ def flown(raw: np.ndarray, plan: Plan, duration: float) -> tuple[Rows, np.recarr
     rows = Rows(
         time=record[at.T_TIME], origin=record[at.T_X : at.T_Y + 1], slope=record[at.T_U : at.T_V + 1],
         force=record[at.T_D : at.T_E + 1], closed=record[at.T_CLOSED_D : at.T_CLOSED_E + 1] > 0,
-        energy=record[at.T_KINETIC] + record[at.T_POTENTIAL],
+        energy=record[at.T_KINETIC] + record[at.T_POTENTIAL], spin_rate=record[at.T_OMEGA],
     )  # fmt: skip
     events = np.recarray(happened.shape[1], _EVENT)
     events.time = happened[at.E_TIME]

@@ -15,7 +15,7 @@ from tolmc.kernels.tableaux import TABLEAUX
 from tolmc.mechanism.checks import choice, positive_number
 from tolmc.mechanism.scene import Scene
 from tolmc.quantities import ON_CONTACT_LOSS, SCALARS
-from tolmc.simulation.features import features_of
+from tolmc.simulation.features import Features, features_of
 from tolmc.simulation.integration import integrate
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, one_sided_difference
 from tolmc.simulation.one_sided import has_room
@@ -128,7 +128,7 @@ def _pilot_one_sided(raw, draft: Plan, forces, duration) -> Plan:
     coarse = results(steps)
     while True:
         fine = results(2 * steps)
-        errors = one_sided_difference(coarse, fine, raw[P.RADIUS])
+        errors = one_sided_difference(coarse, fine, raw[P.RADIUS], draft)
         balance = np.where(np.isfinite(coarse[R.ENERGY_ERROR]), coarse[R.ENERGY_ERROR], np.inf)
         known = (errors <= target) & (balance <= target)
         chaotic = ~known & (balance <= _EXACT_BALANCE)
@@ -181,7 +181,6 @@ def plan_integration(
     ValueError
         Unknown names, or values out of range.
     """
-    _check_choices(scene, method, formulation, on_contact_loss, project_energy or halving)
     forces = wants_forces(outputs)
     if accuracy is not None:
         accuracy = positive_number("accuracy", accuracy)
@@ -190,6 +189,7 @@ def plan_integration(
         choice("bounds", name, SCALARS)
     varied = {name for name, (low, high) in bounds.items() if not low == high == scene.scalars[name]}
     features = features_of(scene, varied, wants_pose(outputs))
+    _check_choices(scene, features, method, formulation, on_contact_loss, project_energy or halving)
     draft = Plan(formulation, "rk8" if method == "auto" else method, 1, accuracy or DEFAULT_ACCURACY, features=features)
     if step is not None:
         steps = step_count(scene.duration, step)
@@ -205,38 +205,48 @@ def plan_integration(
     raw = np.ascontiguousarray(raw[:, code == R.OK])
     drafts = [replace(draft, method=name) for name in (METHODS if method == "auto" else (method,))]
     with np.errstate(all="ignore"):
-        if features.one_sided:
+        if features.one_sided or features.rubs:
             plans = [_pilot_one_sided(raw, each, forces, scene.duration) for each in drafts]
         else:
             plans = [_pilot(raw, each, forces, scene.duration, on_contact_loss, project_energy) for each in drafts]
+    halvable = formulation == "slope" and not (features.one_sided or features.rubs)
     best = min(plans, key=lambda plan: plan.steps * TABLEAUX[plan.method].stages)
-    return replace(best, halving=halving or (best.unresolved > 0 and formulation == "slope" and not features.one_sided))
+    return replace(best, halving=halving or (best.unresolved > 0 and halvable))
 
 
-def _check_choices(scene: Scene, method: str, formulation: str, on_contact_loss: str, slope_only: bool) -> None:
+def _check_choices(
+    scene: Scene, features: Features, method: str, formulation: str, on_contact_loss: str, slope_only: bool
+) -> None:
     choice("formulation", formulation, FORMULATIONS)
     choice("method", method, (*METHODS, "auto"))
     choice("on_contact_loss", on_contact_loss, ON_CONTACT_LOSS)
     if formulation != "slope" and scene.joint.section == "exact":
         raise ValueError(f"formulation = {formulation!r} knows the circle only; with section = 'exact' use 'slope'.")
-    if scene.joint.restitution is not None:
-        _check_one_sided(formulation, on_contact_loss, slope_only)
-    elif on_contact_loss == "follow":
+    if on_contact_loss == "follow" and not features.one_sided:
         raise ValueError("on_contact_loss = 'follow' needs impacts; give Joint(restitution=...), 0 to 1.")
+    if features.one_sided or features.rubs:
+        _check_one_sided(features, formulation, on_contact_loss, slope_only)
     if formulation != "slope" and slope_only:
         raise ValueError(f"project_energy and halving need formulation = 'slope', got {formulation!r}.")
 
 
-def _check_one_sided(formulation: str, on_contact_loss: str, slope_only: bool) -> None:
+def _check_one_sided(features: Features, formulation: str, on_contact_loss: str, slope_only: bool) -> None:
     """What a wall that only pushes has no use for."""
     if formulation != "slope":
-        raise ValueError(f"formulation = {formulation!r} knows no impacts; with restitution use 'slope'.")
-    if on_contact_loss not in ("stop", "follow"):
+        what, cause = ("impacts", "restitution") if features.one_sided else ("friction and no drive", "them")
+        raise ValueError(f"formulation = {formulation!r} knows no {what}; with {cause} use 'slope'.")
+    if not features.one_sided and on_contact_loss not in ("stop", "end"):
+        raise ValueError(
+            f"on_contact_loss = {on_contact_loss!r} is for a wall without friction that holds the journal; with friction or a "
+            "drive the motion ends where contact is lost, or goes on with Joint(restitution=...). Leave it out."
+        )
+    if features.one_sided and on_contact_loss not in ("stop", "follow"):
         raise ValueError(
             f"on_contact_loss = {on_contact_loss!r} is for a wall that holds the journal; with restitution the motion goes on "
             "through flight and impacts. Leave it out."
         )
     if slope_only:
         raise ValueError(
-            "project_energy and halving do not go with restitution: the energy balance watches every sample."
+            "project_energy and halving do not go with restitution, friction or a drive: the energy balance watches every "
+            "sample."
         )

@@ -31,7 +31,7 @@ class Trajectory(Shown):
     ``closed`` (n, 2) bool, whether D and E are on the wall. A motion that leaves the wall has two rows at every event, before
     and after it, and its multipliers are the contact forces. ``events``: a record array with ``time`` (s), ``kind`` ("impact",
     "release" or "closing"), ``ends`` that take part ("D", "E", "DE"), and ``impulse`` (N s) and ``speed`` of approach (m/s),
-    at D and at E.
+    at D and at E. ``spin_rate`` (n,) rad/s, of a motion that is not held on the wall; else None.
     """
 
     time: np.ndarray
@@ -45,6 +45,7 @@ class Trajectory(Shown):
     closed: np.ndarray
     events: np.recarray
     scene: Scene | None = None
+    spin_rate: np.ndarray | None = None
 
     def __repr__(self) -> str:
         tilt, force = np.degrees(self.tilt.max()), self.contact_force
@@ -83,10 +84,11 @@ def simulate(
     """Integrate one motion and return it step by step.
 
     Parameters as in :func:`simulate_many`. Without restitution the model is two-sided: the motion goes on after a contact
-    force has turned negative, and the status says when that happened first. With it the journal leaves the wall, flies and
-    hits it.
+    force has turned negative, and the status says when that happened first; with friction or a drive it ends there. With it
+    the journal leaves the wall, flies and hits it.
     """
-    on_loss = "continue" if scene.joint.restitution is None else "stop"
+    holds = scene.joint.restitution is None and scene.joint.friction == 0.0 and scene.loads.drive == "free"
+    on_loss = "continue" if holds else "stop"
     plan = plan_integration(
         scene, step=step, method=method, formulation=formulation, accuracy=accuracy, outputs=(*OUTPUTS, *END_OUTPUTS),
         on_contact_loss=on_loss, project_energy=project_energy,
@@ -96,7 +98,7 @@ def simulate(
     outputs = scene_outputs(plan, project_energy)
     summary = block_columns(scene, {}, 1, outputs, plan, on_loss, project_energy)
     status = sentence(summary, plan)
-    if plan.features.one_sided and leaves(summary):
+    if plan.features.rubs or (plan.features.one_sided and leaves(summary)):
         with np.errstate(all="ignore"):
             return _flown(scene, raw, plan, status)
     if plan.formulation != "slope":
@@ -153,11 +155,11 @@ def _traced(
 
 
 def _flown(scene: Scene, raw: np.ndarray, plan: Plan, status: str) -> Trajectory:
-    """The motion with flights and impacts."""
+    """The motion with flights, impacts and friction."""
     rows, events = flown(raw, plan, scene.duration)
     norm = np.sqrt(1.0 + rows.slope[0] ** 2 + rows.slope[1] ** 2)
-    symmetric = not plan.features.general
-    spin_energy = 0.5 * scene.body.inertia[2, 2] * scene.motion.spin_rate**2 if symmetric else 0.0
+    lacks_spin = not (plan.features.general or plan.features.rubs)
+    spin_energy = 0.5 * scene.body.inertia[2, 2] * scene.motion.spin_rate**2 if lacks_spin else 0.0
     return Trajectory(
         time=rows.time,
         origin=rows.origin.T.copy(),
@@ -170,4 +172,5 @@ def _flown(scene: Scene, raw: np.ndarray, plan: Plan, status: str) -> Trajectory
         closed=rows.closed.T.copy(),
         events=events,
         scene=scene,
+        spin_rate=rows.spin_rate.copy(),
     )

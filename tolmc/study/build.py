@@ -64,6 +64,12 @@ def _on_contact_loss(file: StudyFile) -> str:
     field = f"{place('monte_carlo', 'on_contact_loss')} = {given!r}"
     if follows and given in ("continue", "end"):
         raise Faults(f"{field} is for a wall that holds the journal; with [contact] restitution leave it out.")
+    rubs = file.contact.friction > 0.0 or file.loads.drive != "free"
+    if rubs and not follows and given == "continue":
+        raise Faults(
+            f"{field} is for a wall without friction that holds the journal; with friction or a drive the motion ends where "
+            "contact is lost. Leave it out, or give [contact] restitution."
+        )
     if given == "follow" and not follows:
         raise Faults(f"{field} needs [contact] restitution, 0 to 1; add it.")
     return "follow" if follows else given

@@ -168,6 +168,10 @@ class _Contact(Section):
     impacts."""
     contact_stiffness: quantity("N/m^1.5", positive=True) | None = None
     """Hertz's stiffness K between journal and wall, F = K δ^1.5, for the peak forces of impacts."""
+    friction: quantity("1") = 0.0
+    """Coefficient of Coulomb friction between journal and wall; without restitution the motion ends where contact is lost."""
+    slip_speed: quantity("m/s", positive=True) = 1e-3
+    """Slip below which friction falls off with it: what it leaves of sticking is a creep of about this speed."""
 
 
 class BodySection(Section):
@@ -196,6 +200,9 @@ class _Loads(Section):
     """Where it acts, from O in body axes; O when not given."""
     torque: vector("N m") | None = None
     """A torque of fixed direction."""
+    drive: Literal["free", "constant speed"] = "free"
+    """Whether the body turns about its axis as it will, or a drive holds it at the spin_rate of its start; the drive's torque
+    is an output."""
 
 
 class MotionSection(Section):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from tolmc.kernels.jit import routine
+from tolmc.kernels.jit import device, routine
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.lane import OPENED, TOGETHER, TOUCH
@@ -29,6 +29,15 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
     """The loops of one kind of scene."""
     looked_samples, quadrature = stepper.looked_samples, stepper.quadrature
     n_state, works, rubs, far = equations.state, equations.works, equations.rubs, equations.far
+
+    @device
+    def may_peak(samples, seen0, seen1, quantity, best, lane):
+        """Whether a quantity's size may have a new maximum within a step."""
+        s0, s1, s2, s3, s4 = looked_samples(samples, seen0, seen1, quantity, lane)
+        s2, s3, s4 = (s2, s2, s2) if rk4 else (s2, s3, s4)
+        top, bottom = max(max(max(s0, s1), max(s2, s3)), s4), min(min(min(s0, s1), min(s2, s3)), s4)
+        beyond = 0.2 * (top - bottom)
+        return (max(top, -bottom) + beyond > max(best, max(abs(s0), abs(s4)))) & (beyond > 0.0)
 
     @routine
     def screen(coef, lanes, samples, seen0, seen1, decision):
@@ -67,6 +76,11 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
             tilt = max(tilt, seen0[at.W2 * WIDTH + lane])
             lanes[at.BEST_TILT * WIDTH + lane] = tilt
             suspect |= (w0 > 0.0) & (w1 < 0.0) & (seen0[at.W2 * WIDTH + lane] + w0 * h > tilt)
+            if rubs:
+                best = lanes[at.TORQUE_MAX * WIDTH + lane]
+                suspect |= may_peak(samples, seen0, seen1, at.S_TORQUE, best, lane)
+                best = lanes[at.DRIVE_MAX * WIDTH + lane]
+                suspect |= may_peak(samples, seen0, seen1, at.S_DRIVE, best, lane)
             tries = lanes[at.TRIES * WIDTH + lane]
             suspect &= (tries < MOST_TRIES) & (lanes[at.BUSY * WIDTH + lane] > 0.0)
             decision[lane] = at.KEEP if suspect else at.TAKE
@@ -102,10 +116,20 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
                 lanes[at.WORK_HEAT * WIDTH + lane] += h * quadrature(samples, seen0, at.S_HEAT, at.HEAT, False, lane)
                 torque = quadrature(samples, seen0, at.S_TORQUE, at.TORQUE, False, lane)
                 lanes[at.TORQUE_INTEGRAL * WIDTH + lane] += h * torque
-                lanes[at.TIME_SLOW * WIDTH + lane] += h * quadrature(samples, seen0, at.S_SLOW, at.SLOW, False, lane)
-                largest = max(abs(seen0[at.TORQUE * WIDTH + lane]), abs(seen1[at.TORQUE * WIDTH + lane]))
+                lanes[at.TURN * WIDTH + lane] += h * quadrature(samples, seen0, at.S_WHIRL, at.WHIRL, False, lane)
+                drive = quadrature(samples, seen0, at.S_DRIVE, at.DRIVE, False, lane)
+                lanes[at.DRIVE_INTEGRAL * WIDTH + lane] += h * drive
+                # The slip's crossing of the slip speed is linear within a step: weights of either sign suit no jump.
+                first, last = seen0[at.SLOW * WIDTH + lane], seen1[at.SLOW * WIDTH + lane]
+                size = abs(first) + abs(last)
+                share = (max(-first, 0.0) + max(-last, 0.0)) / size if size > 0.0 else 0.0
+                lanes[at.TIME_SLOW * WIDTH + lane] += h * share
+                largest = max(seen0[at.TORQUE * WIDTH + lane], seen1[at.TORQUE * WIDTH + lane])
                 before = lanes[at.TORQUE_MAX * WIDTH + lane]
                 lanes[at.TORQUE_MAX * WIDTH + lane] = max(before, largest) if h > 0.0 else before
+                largest = max(abs(seen0[at.DRIVE * WIDTH + lane]), abs(seen1[at.DRIVE * WIDTH + lane]))
+                before = lanes[at.DRIVE_MAX * WIDTH + lane]
+                lanes[at.DRIVE_MAX * WIDTH + lane] = max(before, largest) if h > 0.0 else before
         for lane in range(WIDTH):
             taken = decision[lane] != at.KEEP
             h = coef[at.STEP * WIDTH + lane] if taken else 0.0

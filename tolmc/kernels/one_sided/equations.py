@@ -55,7 +55,7 @@ def _given(section, body, spins):
         coef[at.BOUNCE * width + lane] = given[at.RESTITUTION, i]
         coef[at.HERTZ * width + lane] = given[at.STIFFNESS, i]
         coef[at.MU * width + lane], coef[at.SLIP * width + lane] = given[at.FRICTION, i], given[at.SLIP_SPEED, i] / c
-        coef[at.REST_HEIGHT * width + lane] = given[at.REST, i]
+        coef[at.REST_HEIGHT * width + lane], coef[at.DRIVEN * width + lane] = given[at.REST, i], given[at.HELD, i]
         z, z_force, force = raw[P.COM_Z, i], raw[P.POINT_Z, i] / mass, 1.0 / (mass * c)
         gx, gy, gz = raw[P.GRAVITY_X, i], raw[P.GRAVITY_Y, i], raw[P.GRAVITY_Z, i]
         kx, ky, kz = raw[P.FORCE_X, i], raw[P.FORCE_Y, i], raw[P.FORCE_Z, i]
@@ -99,7 +99,7 @@ def build(section, body, rubs: bool) -> Equations:
         spin = y[at.SPIN_RATE * width + lane] if spins else coef[at.OMEGA_FIXED * width + lane]
         kappa = coef[at.KAPPA * width + lane]
         sx, sy, tx, ty = kappa * wx, kappa * wy, kappa * vx, kappa * vy
-        ax, ay, bx, by, a_spin, factors = free(y, spin, coef, lane, width)
+        ax, ay, bx, by, a_spin, hold, factors = free(y, spin, coef, lane, width)
         ndx, ndy, ld, qd, gap_d, bias_d = touch(ox + wx, oy + wy, ux + vx, uy + vy, sx, sy, tx, ty, coef, lane, width)
         nex, ney, le, qe, gap_e, bias_e = touch(
             ox - wx, oy - wy, ux - vx, uy - vy, -sx, -sy, -tx, -ty, coef, lane, width
@@ -137,9 +137,9 @@ def build(section, body, rubs: bool) -> Equations:
         a_ed = -(nex * pd[0] + ney * pd[1] + mex * pd[2] + mey * pd[3])
         a_ee = -(nex * pe[0] + ney * pe[1] + mex * pe[2] + mey * pe[3])
         return (
-            (ax, ay, bx, by, a_spin), pd, pe, (a_dd, a_de, a_ed, a_ee), (acc_d, acc_e), (gap_d, gap_e), (rate_d, rate_e),
+            (ax, ay, bx, by, a_spin, hold), pd, pe, (a_dd, a_de, a_ed, a_ee), (acc_d, acc_e), (gap_d, gap_e), (rate_d, rate_e),
             (qd, qe), (power_d, power_e, slide_d, slide_e, torque_d, torque_e), spin,
-            (hd0, hd1, hd2, hd3, hd4), (he0, he1, he2, he3, he4),
+            (hd0, hd1, hd2, hd3, hd4, 0.0), (he0, he1, he2, he3, he4, 0.0),
         )  # fmt: skip
 
     @device
@@ -166,6 +166,18 @@ def build(section, body, rubs: bool) -> Equations:
             turn(y, spin, h, f, first, coef, lane, width)
 
     @device
+    def whirl(y, coef, lane, width):
+        """Sum of the polar rates of the ends that are closed."""
+        ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+        ux, uy, vx, vy = y[4 * width + lane], y[5 * width + lane], y[6 * width + lane], y[7 * width + lane]
+        d, e = coef[at.CLOSED_D * width + lane] > 0.0, coef[at.CLOSED_E * width + lane] > 0.0
+        dx, dy, ex, ey = ox + wx, oy + wy, ox - wx, oy - wy
+        d2, e2 = dx * dx + dy * dy if d else 1.0, ex * ex + ey * ey if e else 1.0
+        turn_d = dx * (uy + vy) - dy * (ux + vx) if d else 0.0
+        turn_e = ex * (uy - vy) - ey * (ux - vx) if e else 0.0
+        return turn_d / d2 + turn_e / e2
+
+    @device
     def advance(y, coef, h, k, first, samples, row, lane, width):
         """h y' into ``k[first:]`` and what the statistics want of this stage into ``samples[row:]``."""
         a, pd, pe, matrix, acc, _, _, q, rub, spin, _, _ = system(y, coef, lane, width)
@@ -178,16 +190,16 @@ def build(section, body, rubs: bool) -> Equations:
         if works:
             _, _, power = energies(y, spin, spins, coef, lane, width)
             heat = n_d * rub[0] + n_e * rub[1]
-            samples[row + at.S_POWER * width + lane] = power + heat
             if rubs:
+                drive = (a[5] + l_d * pd[5] + l_e * pe[5]) / coef[at.KAPPA * width + lane]
+                power += drive * spin
+                samples[row + at.S_DRIVE * width + lane] = drive
+                samples[row + at.S_WHIRL * width + lane] = whirl(y, coef, lane, width)
                 samples[row + at.S_SLIP_D * width + lane] = n_d * rub[2] ** 0.5
                 samples[row + at.S_SLIP_E * width + lane] = n_e * rub[3] ** 0.5
                 samples[row + at.S_HEAT * width + lane] = -heat
-                samples[row + at.S_TORQUE * width + lane] = n_d * rub[4] + n_e * rub[5]
-                slip2 = coef[at.SLIP * width + lane] ** 2
-                samples[row + at.S_SLOW * width + lane] = (
-                    1.0 if (n_d > 0.0 and rub[2] < slip2) or (n_e > 0.0 and rub[3] < slip2) else 0.0
-                )
+                samples[row + at.S_TORQUE * width + lane] = abs(n_d * rub[4] + n_e * rub[5])
+            samples[row + at.S_POWER * width + lane] = power + heat
 
     @device
     def look(y, coef, f, seen, lane, width):
@@ -209,20 +221,22 @@ def build(section, body, rubs: bool) -> Equations:
         seen[at.KINETIC * width + lane], seen[at.POTENTIAL * width + lane] = kinetic, potential
         if works:
             heat = n_d * rub[0] + n_e * rub[1]
-            seen[at.POWER * width + lane] = power + heat
             if rubs:
+                drive = (a[5] + l_d * pd[5] + l_e * pe[5]) / coef[at.KAPPA * width + lane]
+                power += drive * spin
+                seen[at.DRIVE * width + lane], seen[at.WHIRL * width + lane] = drive, whirl(y, coef, lane, width)
                 seen[at.SLIP_D * width + lane], seen[at.SLIP_E * width + lane] = (
                     n_d * rub[2] ** 0.5,
                     n_e * rub[3] ** 0.5,
                 )
-                seen[at.HEAT * width + lane], seen[at.TORQUE * width + lane] = -heat, n_d * rub[4] + n_e * rub[5]
-                slip2 = coef[at.SLIP * width + lane] ** 2
+                seen[at.HEAT * width + lane], seen[at.TORQUE * width + lane] = -heat, abs(n_d * rub[4] + n_e * rub[5])
                 d, e = coef[at.CLOSED_D * width + lane] > 0.0, coef[at.CLOSED_E * width + lane] > 0.0
                 margin = min(a_dd if d else 1.0, a_ee if e else 1.0)
                 seen[at.MARGIN * width + lane] = min(margin, a_dd * a_ee - a_de * a_ed) if d and e else margin
-                seen[at.SLOW * width + lane] = (
-                    1.0 if (n_d > 0.0 and rub[2] < slip2) or (n_e > 0.0 and rub[3] < slip2) else 0.0
-                )
+                slip = coef[at.SLIP * width + lane]
+                slow_d, slow_e = rub[2] ** 0.5 - slip if d else slip, rub[3] ** 0.5 - slip if e else slip
+                seen[at.SLOW * width + lane] = min(slow_d, slow_e)
+            seen[at.POWER * width + lane] = power + heat
 
     @device
     def kick(y, l_d, l_e, pd, pe, coef, lane, width):
@@ -260,7 +274,7 @@ def build(section, body, rubs: bool) -> Equations:
             y[6 * width + lane], y[7 * width + lane] = vx + l_d * mdx + l_e * mex, vy + l_d * mdy + l_e * mey
         normalise(y, lane, width)
 
-    samples = 9 if rubs else 4 if works else 3
+    samples = 10 if rubs else 4 if works else 3
     return Equations(
         state, body.COEFFICIENTS, samples, spins, works, rubs, section.FAR, section.UNIT,
         prepare, start, advance, look, system, kick, project,

@@ -100,7 +100,7 @@ def _in_frame(x, y, z, e_x, e_y, n, f11, f12, f22):
 
 @device
 def free(y, spin, coef, lane, width):
-    """Accelerations (o', w' and Omega/kappa) without contact, and what :func:`solve` needs."""
+    """As :func:`solve`, of the forces that act without contact, and what it needs for others."""
     e_x, e_y, n, rho, f11, f12, f22, r, j, w1, w2, p = _body(y, coef, lane, width)
     kappa = coef[at.KAPPA * width + lane]
     r1, r2, r3 = r
@@ -146,25 +146,45 @@ def free(y, spin, coef, lane, width):
     m_uv = u1 * jv1 + u2 * jv2 - ux * vx - uy * vy
     m_vv = v1 * jv1 + v2 * jv2 - vx * vx - vy * vy
     m_us, m_vs = ju3 - ux * sx - uy * sy, jv3 - vx * sx - vy * sy
-    inverse_ss = 1.0 / (j[2] - sx * sx - sy * sy)
+    # Where a drive holds Omega its row and column are those of an infinite inertia.
+    driven = coef[at.DRIVEN * width + lane]
+    inverse_ss = (1.0 - driven) / (j[2] - sx * sx - sy * sy)
     ku, kv = m_us * inverse_ss, m_vs * inverse_ss
     m_uu, m_uv, m_vv = m_uu - ku * m_us, m_uv - ku * m_vs, m_vv - kv * m_vs
     inverse = 1.0 / (m_uu * m_vv - m_uv * m_uv)
-    factors = (ux, uy, vx, vy, sx, sy, ku, kv, inverse_ss, m_vv * inverse, -m_uv * inverse, m_uu * inverse)
-    ax, ay, bx, by, s = solve(fx, fy, gx, gy, n3, factors)
-    return ax, ay, bx, by, s, factors
+    factors = (
+        ux,
+        uy,
+        vx,
+        vy,
+        sx,
+        sy,
+        ku,
+        kv,
+        inverse_ss,
+        m_vv * inverse,
+        -m_uv * inverse,
+        m_uu * inverse,
+        ju3,
+        jv3,
+        driven,
+    )
+    ax, ay, bx, by, s, hold = solve(fx, fy, gx, gy, n3, factors)
+    return ax, ay, bx, by, s, hold, factors
 
 
 @device
 def solve(fx, fy, gx, gy, gs, factors):
-    """M^-1 times the generalised forces on o, w and Omega/kappa."""
-    ux, uy, vx, vy, sx, sy, ku, kv, inverse_ss, i_uu, i_uv, i_vv = factors
+    """M^-1 times the generalised forces on o, w and Omega/kappa, and what holds Omega where a drive does."""
+    ux, uy, vx, vy, sx, sy, ku, kv, inverse_ss, i_uu, i_uv, i_vv, m_us, m_vs, driven = factors
+    given = gs
     gs = gs - sx * fx - sy * fy
     gx = gx - ux * fx - uy * fy - ku * gs
     gy = gy - vx * fx - vy * fy - kv * gs
     bx, by = i_uu * gx + i_uv * gy, i_uv * gx + i_vv * gy
     s = gs * inverse_ss - ku * bx - kv * by
-    return fx - ux * bx - vx * by - sx * s, fy - uy * bx - vy * by - sy * s, bx, by, s
+    ax, ay = fx - ux * bx - vx * by - sx * s, fy - uy * bx - vy * by - sy * s
+    return ax, ay, bx, by, s, driven * (sx * ax + sy * ay + m_us * bx + m_vs * by - given)
 
 
 @device

@@ -206,6 +206,10 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
                 first = min(first, peak(lanes, samples, seen0, seen1, 1, 1.0, at.BEST_E_MAX, lane))
                 first = min(first, peak(lanes, samples, seen0, seen1, 1, -1.0, at.BEST_E_MIN, lane))
             first = min(first, peak(lanes, samples, seen0, seen1, 2, 1.0, at.BEST_TILT, lane))
+            if rubs:
+                first = min(first, peak(lanes, samples, seen0, seen1, at.S_TORQUE, 1.0, at.TORQUE_MAX, lane))
+                first = min(first, peak(lanes, samples, seen0, seen1, at.S_DRIVE, 1.0, at.DRIVE_MAX, lane))
+                first = min(first, peak(lanes, samples, seen0, seen1, at.S_DRIVE, -1.0, at.DRIVE_MAX, lane))
         if first < 1.0:
             return at.KEEP, first
         return at.TAKE, 1.0
@@ -226,7 +230,7 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         return (
             smooth[0] + share * (rough[0] - smooth[0]), smooth[1] + share * (rough[1] - smooth[1]),
             smooth[2] + share * (rough[2] - smooth[2]), smooth[3] + share * (rough[3] - smooth[3]),
-            smooth[4] + share * (rough[4] - smooth[4]),
+            smooth[4] + share * (rough[4] - smooth[4]), smooth[5] + share * (rough[5] - smooth[5]),
         )  # fmt: skip
 
     @routine
@@ -316,6 +320,10 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         kick(y, l_d, l_e, pd, pe, coef, lane, WIDTH)
         lost -= l_d * dot(y, coef, lane, hd) + l_e * dot(y, coef, lane, he)
         lanes[at.IMPACT_LOSS * WIDTH + lane] += 0.5 * lost
+        if rubs:
+            drive = (l_d * pd[5] + l_e * pe[5]) / coef[at.KAPPA * WIDTH + lane]
+            lanes[at.DRIVE_INTEGRAL * WIDTH + lane] += drive
+            lanes[at.WORK * WIDTH + lane] += drive * y[at.SPIN_RATE * WIDTH + lane]
 
     @routine
     def jump(y, coef, lanes, log, lane, kind, gap, rate):
@@ -381,6 +389,8 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
             lanes[at.ARMED_E * WIDTH + lane] = 0.0 if can_e or not (kind == at.IMPACT or kind == at.START) else 1.0
         if math.isnan(lanes[at.LOST_AT * WIDTH + lane]) and not (d and e):
             lanes[at.LOST_AT * WIDTH + lane] = when
+            if coef[at.BOUNCE * WIDTH + lane] < 0.0:
+                lanes[at.STATUS * WIDTH + lane] = at.LOST
         if wrong:
             lanes[at.STATUS * WIDTH + lane] = at.NO_SOLUTION
         lanes[at.EVENTS * WIDTH + lane] += 1.0

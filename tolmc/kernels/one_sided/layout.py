@@ -15,29 +15,32 @@ O_X, O_Y, W_X, W_Y, OV_X, OV_Y, WV_X, WV_Y, SPIN_RATE, COS, SIN = range(11)
 
 # What is given for each sample beside the parameters: the start, SI units, and the laws of contact. ON_D and ON_E are 1 where
 # the start lies on the wall by construction; LOSS is -1, or the end (0: D, 1: E) that has just left the wall; REST is the
-# height over c below which a bounce is not followed.
+# height over c below which a bounce is not followed. A RESTITUTION below 0 ends the motion where it loses contact; HELD is 1
+# where a drive holds Omega.
 (
     START_X, START_Y, START_U, START_V, START_X_RATE, START_Y_RATE, START_U_RATE, START_V_RATE, CHI, OMEGA, TIME,
-    ON_D, ON_E, LOSS, RESTITUTION, STIFFNESS, FRICTION, SLIP_SPEED, REST,
-) = range(19)  # fmt: skip
-GIVEN = 19
+    ON_D, ON_E, LOSS, RESTITUTION, STIFFNESS, FRICTION, SLIP_SPEED, REST, HELD,
+) = range(20)  # fmt: skip
+GIVEN = 20
 
 # Coefficients that every body and section has; a body's own follow from FIRST on.
 (
     CLOSED_D, CLOSED_E, KAPPA, KAPPA2, ROUND, BOUNCE, HERTZ, MU, SLIP, REST_HEIGHT, C, FORCE, ENERGY,
-    FX, FY, GX, GY, GZ, OMEGA_FIXED, STEP,
-) = range(20)  # fmt: skip
-FIRST = 20
+    FX, FY, GX, GY, GZ, OMEGA_FIXED, STEP, DRIVEN,
+) = range(21)  # fmt: skip
+FIRST = 21
 
-# What is known of a lane at one instant; MARGIN is positive where the closed contacts' forces are determined (with friction).
+# What is known of a lane at one instant; with friction MARGIN is positive where the closed contacts' forces are determined,
+# SLOW negative where one of them slides more slowly than the slip speed, WHIRL the sum of the closed ends' polar rates.
 (
     N_D, N_E, GAP_D, GAP_E, RATE_D, RATE_E, ACC_D, ACC_E, W2, W2_RATE, KINETIC, POTENTIAL, POWER, SLIP_D, SLIP_E, HEAT,
-    TORQUE, SLOW, MARGIN,
-) = range(19)  # fmt: skip
-SEEN = 19
+    TORQUE, SLOW, MARGIN, WHIRL, DRIVE,
+) = range(21)  # fmt: skip
+SEEN = 21
 
-# What is taken at every stage: the forces, |w|^2, and where there is friction or a torque their powers.
-S_D, S_E, S_W2, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_SLOW = range(9)
+# What is taken at every stage: the forces, |w|^2, and where there is friction or a torque their powers; TORQUE is the size of
+# friction's moment about the axis, DRIVE the moment that holds Omega.
+S_D, S_E, S_W2, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE = range(10)
 
 # What a lane carries along.
 (
@@ -45,11 +48,12 @@ S_D, S_E, S_W2, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_SLOW = range(9)
     BEST_D_MAX, BEST_D_MIN, BEST_E_MAX, BEST_E_MIN, BEST_TILT,
     INTEGRAL_D, INTEGRAL_E, SQUARE_D, SQUARE_E, TIME_D, TIME_E, TIME_FREE,
     WORK, WORK_SLIP_D, WORK_SLIP_E, WORK_HEAT, TORQUE_INTEGRAL, TIME_SLOW, TORQUE_MAX,
+    TURN, DRIVE_INTEGRAL, DRIVE_MAX,
     ENERGY_0, ENERGY_ERROR, ENERGY_SCALE, PENETRATION, STATUS, EVENTS, ROUNDS,
     LOST_AT, HIT_AT, IMPACT_LOSS,
     COUNT_D, COUNT_E, SPEED_D, SPEED_E, IMPULSE_D, IMPULSE_E, TOTAL_D, TOTAL_E, PEAK_D, PEAK_E, CLOSING_D, CLOSING_E,
-) = range(51)  # fmt: skip
-CARRIED = 51
+) = range(54)  # fmt: skip
+CARRIED = 54
 
 # What becomes of a lane after a round: the start is kept and the step shortened, or the step is taken; then an event.
 KEEP, TAKE, IMPACT, RELEASE_D, RELEASE_E, RELEASE_BOTH, FALL_BACK_D, FALL_BACK_E, START = range(9)
@@ -63,9 +67,9 @@ KEEP, TAKE, IMPACT, RELEASE_D, RELEASE_E, RELEASE_BOTH, FALL_BACK_D, FALL_BACK_E
     R_COUNT_D, R_COUNT_E, R_SPEED_D, R_SPEED_E, R_IMPULSE_D, R_IMPULSE_E, R_TOTAL_D, R_TOTAL_E, R_PEAK_D, R_PEAK_E,
     R_ENERGY_ERROR, R_PENETRATION,
     R_X, R_Y, R_AXIS_X, R_AXIS_Y, R_AXIS_Z, R_OMEGA, R_CLOSED_D, R_CLOSED_E,
-    R_SLIP_D, R_SLIP_E, R_HEAT, R_TORQUE, R_TORQUE_MAX, R_SLOW,
-) = range(45)  # fmt: skip
-RESULTS = 45
+    R_SLIP_D, R_SLIP_E, R_HEAT, R_TORQUE, R_TORQUE_MAX, R_SLOW, R_TURN, R_DRIVE, R_DRIVE_MAX,
+) = range(48)  # fmt: skip
+RESULTS = 48
 
 # Rows of a record along one motion.
 (
@@ -76,4 +80,4 @@ RECORD = 14
 E_TIME, E_KIND, E_IMPULSE_D, E_IMPULSE_E, E_SPEED_D, E_SPEED_E, E_D, E_E = range(8)
 EVENT = 8
 
-OK, DIVERGED, TOO_MANY, PENETRATES, NO_SOLUTION, UNRESOLVED = range(6)
+OK, DIVERGED, TOO_MANY, PENETRATES, NO_SOLUTION, UNRESOLVED, LOST = range(7)

@@ -58,7 +58,8 @@ def build(equations: Equations, lane_functions: Lane) -> Samples:
         """The energy from which a lane's balance starts."""
         kinetic = seen0[at.KINETIC * WIDTH + lane]
         balance = kinetic + seen0[at.POTENTIAL * WIDTH + lane]
-        lanes[at.ENERGY_0 * WIDTH + lane] = balance + lanes[at.IMPACT_LOSS * WIDTH + lane]
+        balance += lanes[at.IMPACT_LOSS * WIDTH + lane] - lanes[at.WORK * WIDTH + lane]
+        lanes[at.ENERGY_0 * WIDTH + lane] = balance
         loads = raw[P.LOAD_ENERGY, int(lanes[at.SAMPLE * WIDTH + lane])] / coef[at.ENERGY * WIDTH + lane]
         lanes[at.ENERGY_SCALE * WIDTH + lane] = max(kinetic, loads)
 
@@ -124,7 +125,9 @@ def build(equations: Equations, lane_functions: Lane) -> Samples:
         out[at.R_HEAT, i] = joule * lanes[at.WORK_HEAT * WIDTH + lane]
         out[at.R_TORQUE, i] = joule * lanes[at.TORQUE_INTEGRAL * WIDTH + lane]
         out[at.R_TORQUE_MAX, i] = joule * lanes[at.TORQUE_MAX * WIDTH + lane]
-        out[at.R_SLOW, i] = lanes[at.TIME_SLOW * WIDTH + lane]
+        out[at.R_SLOW, i], out[at.R_TURN, i] = lanes[at.TIME_SLOW * WIDTH + lane], lanes[at.TURN * WIDTH + lane]
+        out[at.R_DRIVE, i] = joule * lanes[at.DRIVE_INTEGRAL * WIDTH + lane]
+        out[at.R_DRIVE_MAX, i] = joule * lanes[at.DRIVE_MAX * WIDTH + lane]
 
     @routine
     def note(record, events, counts, y, coef, lanes, seen0, log, event):

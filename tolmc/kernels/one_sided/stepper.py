@@ -81,8 +81,9 @@ def build(equations: Equations, rk4: bool) -> Stepper:
 
     @device
     def looked_samples(samples, seen0, seen1, quantity, lane):
-        """A quantity (N_D, N_E or |w|^2) at the start, at two or three places of the step, and at its end."""
-        row = quantity if quantity < 2 else at.W2
+        """A quantity (N_D, N_E, |w|^2, a torque) at the start, at two or three places of the step, and at its end."""
+        row = at.N_D + quantity if quantity < 2 else at.W2
+        row = at.TORQUE if quantity == at.S_TORQUE else at.DRIVE if quantity == at.S_DRIVE else row
         first, last = seen0[row * WIDTH + lane], seen1[row * WIDTH + lane]
         s1 = samples[(row_1 * n_samples + quantity) * WIDTH + lane]
         if rk4:

@@ -36,7 +36,8 @@ def prepare(raw, given, i, coef, lane, width):
     coef[_B * width + lane], coef[_Z * width + lane] = b, z
     coef[_IB * width + lane], coef[_Z2 * width + lane] = 1.0 / (b - z * z), z * z
     coef[_GYRO * width + lane] = spin
-    coef[_INVERSE_SPIN * width + lane] = 1.0 / spin if spin > 0.0 else 0.0
+    free = spin > 0.0 and coef[at.DRIVEN * width + lane] == 0.0
+    coef[_INVERSE_SPIN * width + lane] = 1.0 / spin if free else 0.0
 
 
 @device
@@ -46,7 +47,7 @@ def orient(y, given, i, lane, width):
 
 @device
 def free(y, spin, coef, lane, width):
-    """Accelerations (o', w' and Omega/kappa) without contact, and what :func:`solve` needs."""
+    """As :func:`solve`, of the forces that act without contact, and what it needs for others."""
     wx, wy = y[at.W_X * width + lane], y[at.W_Y * width + lane]
     vx, vy = y[at.WV_X * width + lane], y[at.WV_Y * width + lane]
     kappa2, b, z = coef[at.KAPPA2 * width + lane], coef[_B * width + lane], coef[_Z * width + lane]
@@ -68,14 +69,24 @@ def free(y, spin, coef, lane, width):
     damp = 2.0 * b * rho * n2
     gx = n * coef[at.GX * width + lane] + damp * vx - gyro * vy + along * wx
     gy = n * coef[at.GY * width + lane] + damp * vy + gyro * vx + along * wy
-    factors = (wx, wy, kappa2, kappa2 * n2, i1, i2, k1, coef[_INVERSE_SPIN * width + lane])
+    factors = (
+        wx,
+        wy,
+        kappa2,
+        kappa2 * n2,
+        i1,
+        i2,
+        k1,
+        coef[_INVERSE_SPIN * width + lane],
+        coef[at.DRIVEN * width + lane],
+    )
     ax, ay, bx, by = _solved(fx, fy, gx - k1 * fx, gy - k1 * fy, factors)
-    return ax, ay, bx, by, 0.0, factors
+    return ax, ay, bx, by, 0.0, 0.0, factors
 
 
 @device
 def _solved(fx, fy, sx, sy, factors):
-    wx, wy, _, kn, i1, i2, k1, _ = factors
+    wx, wy, _, kn, i1, i2, k1, _, _ = factors
     along = i2 * (wx * sx + wy * sy)
     bx, by = i1 * (sx - along * wx), i1 * (sy - along * wy)
     along = kn * (wx * bx + wy * by)
@@ -84,11 +95,11 @@ def _solved(fx, fy, sx, sy, factors):
 
 @device
 def solve(fx, fy, gx, gy, spin, factors):
-    """M^-1 times the generalised forces on o, w and Omega/kappa."""
-    wx, wy, kappa2, _, _, _, k1, inverse_spin = factors
+    """M^-1 times the generalised forces on o, w and Omega/kappa, and what holds Omega where a drive does."""
+    wx, wy, kappa2, _, _, _, k1, inverse_spin, driven = factors
     along = kappa2 * (wx * gx + wy * gy)
     ax, ay, bx, by = _solved(fx, fy, gx + along * wx - k1 * fx, gy + along * wy - k1 * fy, factors)
-    return ax, ay, bx, by, spin * inverse_spin
+    return ax, ay, bx, by, spin * inverse_spin, -driven * spin
 
 
 @device
