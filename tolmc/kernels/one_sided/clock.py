@@ -8,7 +8,7 @@ from typing import NamedTuple
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
-from tolmc.kernels.one_sided.lane import OPENED, TOGETHER, TOUCH
+from tolmc.kernels.one_sided.lane import OPENED, TOGETHER, TORQUE_ROUNDING, TOUCH
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.one_sided.stepper import Stepper
 
@@ -31,13 +31,14 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
     n_state, works, rubs, far = equations.state, equations.works, equations.rubs, equations.far
 
     @device
-    def may_peak(samples, seen0, seen1, quantity, best, lane):
-        """Whether a quantity's size may have a new maximum within a step."""
+    def may_peak(samples, seen0, seen1, quantity, best, coef, lanes, lane):
+        """Whether a torque's size may have a new maximum within a step."""
+        zero = TORQUE_ROUNDING * coef[at.ROUND * WIDTH + lane] * lanes[at.LOAD_REFERENCE * WIDTH + lane]
         s0, s1, s2, s3, s4 = looked_samples(samples, seen0, seen1, quantity, lane)
         s2, s3, s4 = (s2, s2, s2) if rk4 else (s2, s3, s4)
         top, bottom = max(max(max(s0, s1), max(s2, s3)), s4), min(min(min(s0, s1), min(s2, s3)), s4)
         beyond = 0.2 * (top - bottom)
-        return (max(top, -bottom) + beyond > max(best, max(abs(s0), abs(s4)))) & (beyond > 0.0)
+        return (max(top, -bottom) + beyond > max(best, max(abs(s0), abs(s4))) + zero) & (beyond > 0.0)
 
     @routine
     def screen(coef, lanes, samples, seen0, seen1, decision):
@@ -78,9 +79,9 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
             suspect |= (w0 > 0.0) & (w1 < 0.0) & (seen0[at.W2 * WIDTH + lane] + w0 * h > tilt)
             if rubs:
                 best = lanes[at.TORQUE_MAX * WIDTH + lane]
-                suspect |= may_peak(samples, seen0, seen1, at.S_TORQUE, best, lane)
+                suspect |= may_peak(samples, seen0, seen1, at.S_TORQUE, best, coef, lanes, lane)
                 best = lanes[at.DRIVE_MAX * WIDTH + lane]
-                suspect |= may_peak(samples, seen0, seen1, at.S_DRIVE, best, lane)
+                suspect |= may_peak(samples, seen0, seen1, at.S_DRIVE, best, coef, lanes, lane)
             tries = lanes[at.TRIES * WIDTH + lane]
             suspect &= (tries < MOST_TRIES) & (lanes[at.BUSY * WIDTH + lane] > 0.0)
             decision[lane] = at.KEEP if suspect else at.TAKE

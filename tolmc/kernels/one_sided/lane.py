@@ -20,6 +20,7 @@ TOUCH = 2e-15  # gap over c at which an approaching contact is at the wall: the 
 TOGETHER = 1e-11  # gap below which another approaching contact belongs to the same impact
 OPENED = 1e-11  # gap from which on a released contact is armed again
 FORCE_ROUNDING = 1e-12  # of the largest force so far: a closed contact's force that counts as zero
+TORQUE_ROUNDING = 1e-11  # of the largest force so far times the journal's radius: a torque that counts as zero
 _PATIENCE = 8  # trials after which an event counts as located if its gap or force is below the looser bound
 _LOOSE = 1e-10
 _AT_ONCE = 1e-6  # share of a step within which a released contact that turns back has not left
@@ -147,13 +148,13 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         return 2.0
 
     @device
-    def peak(lanes, samples, seen0, seen1, quantity, sign, row, lane):
+    def peak(lanes, samples, seen0, seen1, quantity, sign, row, zero, lane):
         """Take a quantity's maximum over a step into ``lanes[row]``, or say at which share of the step to look for it."""
         c = polynomial(samples, seen0, seen1, quantity, -sign, lane)
         least, place = lowest(c)
         best = lanes[row * WIDTH + lane]
         value = -least
-        if not value > best + 1e-11 * (abs(value) + abs(best)):
+        if not value > best + 1e-11 * (abs(value) + abs(best)) + zero:
             return 2.0
         if _PEAK_MARGIN < place < 1.0 - _PEAK_MARGIN:
             return place
@@ -200,16 +201,17 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         first = 2.0
         if lanes[at.TRIES * WIDTH + lane] < _PATIENCE:
             if d:
-                first = min(first, peak(lanes, samples, seen0, seen1, 0, 1.0, at.BEST_D_MAX, lane))
-                first = min(first, peak(lanes, samples, seen0, seen1, 0, -1.0, at.BEST_D_MIN, lane))
+                first = min(first, peak(lanes, samples, seen0, seen1, 0, 1.0, at.BEST_D_MAX, 0.0, lane))
+                first = min(first, peak(lanes, samples, seen0, seen1, 0, -1.0, at.BEST_D_MIN, 0.0, lane))
             if e:
-                first = min(first, peak(lanes, samples, seen0, seen1, 1, 1.0, at.BEST_E_MAX, lane))
-                first = min(first, peak(lanes, samples, seen0, seen1, 1, -1.0, at.BEST_E_MIN, lane))
-            first = min(first, peak(lanes, samples, seen0, seen1, 2, 1.0, at.BEST_TILT, lane))
+                first = min(first, peak(lanes, samples, seen0, seen1, 1, 1.0, at.BEST_E_MAX, 0.0, lane))
+                first = min(first, peak(lanes, samples, seen0, seen1, 1, -1.0, at.BEST_E_MIN, 0.0, lane))
+            first = min(first, peak(lanes, samples, seen0, seen1, 2, 1.0, at.BEST_TILT, 0.0, lane))
             if rubs:
-                first = min(first, peak(lanes, samples, seen0, seen1, at.S_TORQUE, 1.0, at.TORQUE_MAX, lane))
-                first = min(first, peak(lanes, samples, seen0, seen1, at.S_DRIVE, 1.0, at.DRIVE_MAX, lane))
-                first = min(first, peak(lanes, samples, seen0, seen1, at.S_DRIVE, -1.0, at.DRIVE_MAX, lane))
+                zero = TORQUE_ROUNDING * coef[at.ROUND * WIDTH + lane] * lanes[at.LOAD_REFERENCE * WIDTH + lane]
+                first = min(first, peak(lanes, samples, seen0, seen1, at.S_TORQUE, 1.0, at.TORQUE_MAX, zero, lane))
+                first = min(first, peak(lanes, samples, seen0, seen1, at.S_DRIVE, 1.0, at.DRIVE_MAX, zero, lane))
+                first = min(first, peak(lanes, samples, seen0, seen1, at.S_DRIVE, -1.0, at.DRIVE_MAX, zero, lane))
         if first < 1.0:
             return at.KEEP, first
         return at.TAKE, 1.0
