@@ -178,14 +178,28 @@ def test_friction_that_is_absent_changes_no_bit():
     np.testing.assert_array_equal(absent[numbers].to_numpy(), without[numbers].to_numpy())
 
 
-def test_without_restitution_a_sample_ends_where_it_loses_contact():
-    case = CASES["falls_from_the_side"]
-    scene = scene_of(case | {"friction": 0.1, "slip_speed": 1e-3})
-    scene = replace(scene, joint=replace(scene.joint, restitution=None))
+@pytest.mark.parametrize("drive", ["free", "constant speed"])
+def test_impacts_keep_the_balance_of_energy(drive):
+    scene = scene_of(CASES["falls_from_the_side"] | {"friction": 0.1, "slip_speed": 1e-2})
+    row = row_of(replace(scene, loads=replace(scene.loads, drive=drive)), step=scene.duration / 800)
+    assert row.status == "ok"
+    assert row.impacts_D > 0
+    assert row.energy_error < 1e-11
+    if drive != "free":
+        assert row.spin_end == scene.motion.spin_rate
+
+
+@pytest.mark.parametrize("place", [math.pi, -0.3], ids=["at the start", "later"])
+def test_without_restitution_a_sample_ends_where_it_loses_contact(place):
+    joint = replace(PAPER_JOINT, friction=0.1)
+    scene = tolmc.Scene(joint, DISC, tolmc.Loads((0, -9.81, 0)), tolmc.Motion(place, place, 50.0, 50.0), 0.2)
+    if place == math.pi:
+        scene = replace(scene, motion=tolmc.Motion(0.5 * math.pi, 0.5 * math.pi))
     followed = row_of(replace(scene, joint=replace(scene.joint, restitution=0.5)), step=1e-4)
     row = row_of(scene, step=1e-4)
     assert row.status == "contact lost"
     assert row.contact_loss_time == row.status_time == followed.contact_loss_time
+    assert (row.status_time == 0.0) == (place == math.pi)
     assert "impacts_D" not in row
     motion = tolmc.simulate(scene, step=1e-4)
     assert motion.time[-1] == row.status_time

@@ -211,6 +211,8 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
                 h = t if foretold else h
             left = duration - lanes[at.T * WIDTH + lane]
             h = left if h >= left * (1.0 - 1e-9) else h
+            # A motion that is over at its start, or at an event, goes nowhere from there.
+            h = 0.0 if lanes[at.STATUS * WIDTH + lane] != 0.0 else h
             coef[at.STEP * WIDTH + lane] = coef[at.STEP * WIDTH + lane] if decision[lane] == at.KEEP else h
             lanes[at.HINT * WIDTH + lane] = lanes[at.HINT * WIDTH + lane] if decision[lane] == at.KEEP else math.inf
 
