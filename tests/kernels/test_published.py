@@ -17,7 +17,7 @@ from tolmc.kernels import parameters as P
 from tolmc.kernels import published
 from tolmc.kernels.tableaux import TABLEAUX
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
-from tolmc.quantities import END_OUTPUTS, SCALARS
+from tolmc.quantities import END_OUTPUTS, SCALAR_ROWS
 
 CASES = json.loads((DATA / "trajectories.json").read_text())
 SETS = {
@@ -50,7 +50,12 @@ class Record:
 
 
 def parameters(scene):
-    return np.array([scene.joint.effective_radius, *(scene.scalars[name] for name in SCALARS[2:])])
+    p = np.zeros(P.COUNT)
+    for scalar in SCALAR_ROWS:
+        if scalar.row:
+            p[getattr(P, scalar.row)] = scene.scalars[scalar.name]
+    p[P.RADIUS] = scene.joint.effective_radius
+    return p
 
 
 def integrate(scene, steps, method="rk8", regular=False, start=None):

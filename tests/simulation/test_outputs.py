@@ -15,6 +15,10 @@ from tolmc.simulation.plan import Plan
 
 OPERATING = tuple(f"operating_{name}" for name in quantities.JOINT)
 
+ALL = ("momentum", "spin", "one_sided", "stiffness", "friction", "driven")
+#: What flights, impacts, friction and a drive give.
+CONTACT = {output.name for output in quantities.OUTPUT_ROWS if output.when in ALL[2:]}
+
 
 def plan(formulation="slope", **features):
     return Plan(formulation, "rk8", 8, 1e-7, features=Features(**features))
@@ -23,9 +27,10 @@ def plan(formulation="slope", **features):
 @pytest.mark.parametrize(
     ("features", "project_energy", "absent"),
     [
-        ({}, False, {"momentum_error", "spin_error", "energy_correction", *OPERATING}),
-        ({"momentum": True}, False, {"spin_error", "energy_correction", *OPERATING}),
-        ({"momentum": True, "spin": True, "operating": True}, True, set()),
+        ({}, False, {"momentum_error", "spin_error", "energy_correction", *OPERATING, *CONTACT}),
+        ({"momentum": True}, False, {"spin_error", "energy_correction", *OPERATING, *CONTACT}),
+        ({"momentum": True, "spin": True, "operating": True}, True, set(CONTACT)),
+        ({feature: True for feature in (*ALL, "operating")}, True, set()),
     ],
 )
 def test_a_scene_has_what_its_features_keep(features, project_energy, absent):
