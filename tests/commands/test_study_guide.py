@@ -1,6 +1,5 @@
 """What `tolmc init`, `check`, `explain` and `schema` say is what the models read."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -128,25 +127,6 @@ def test_the_time_guessed_is_right_to_a_factor_of_three(name):
     steps = _plan(study).steps
     each = {True: 0.2e-6, False: 0.8e-6}[study.scene.body.is_symmetric]
     assert 1 / 3 < guessed / (study.samples * steps * each / study.workers) < 3
-
-
-@pytest.mark.parametrize(
-    ("arguments", "most"),
-    [(["--help"], 0.1), (["init", "new.toml"], 0.3), (["check", "small.toml"], 1.5)],
-)
-@pytest.mark.slow
-def test_a_first_answer_comes_at_once(tmp_path, arguments, most):
-    write(tmp_path)
-
-    def once():
-        (tmp_path / "new.toml").unlink(missing_ok=True)
-        before = os.times()
-        command = [sys.executable, "-c", "from tolmc.cli import main; main()", *arguments]
-        subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
-        after = os.times()
-        return after.children_user + after.children_system - before.children_user - before.children_system
-
-    assert min(once() for _ in range(4)) < most
 
 
 @pytest.mark.slow

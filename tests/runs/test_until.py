@@ -121,9 +121,11 @@ def test_whatever_write_is_the_last_one_the_run_ends_the_same(tmp_path, monkeypa
         monkeypatch.setattr(run_directory.Path, "replace", replace)
         try:
             run(study, out=out)
-            break
+            if len(calls) < last:
+                break
         except Stopped:
-            monkeypatch.setattr(run_directory.Path, "replace", original)
+            pass  # a stop within a picture costs a note alone
+        monkeypatch.setattr(run_directory.Path, "replace", original)
         result = resume(out)
         assert result.sequential.found.count == 4096 and result.sequential.found.reached
         assert {name: (out / name).read_bytes() for name in names} == expected
