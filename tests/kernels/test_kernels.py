@@ -245,3 +245,14 @@ def test_sums_of_the_motion_alone_are_rows_of_its_tableau():
     rows = [*MOTION_ALONE.matrix, MOTION_ALONE.b]
     for at, row in zip([*tableaux.MOTION_ARGUMENTS, tableaux.motion_end], rows, strict=True):
         assert at(y, k.ravel(), size, m) == pytest.approx(y[m] + row @ k[:, m], rel=1e-13, abs=1e-13)
+
+
+@compiled_only
+@pytest.mark.parametrize("decorator", ["device", "piece", "routine"])
+def test_two_processes_never_give_a_piece_the_same_name(decorator):
+    """Their names and a number that begins anew in every process are all that tells loaded pieces apart."""
+    command = f"from tolmc.kernels import jit; print(jit.{decorator}(lambda x: x).py_func.__qualname__)"
+    names = {
+        subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=True).stdout for _ in "ab"
+    }
+    assert len(names) == 2
