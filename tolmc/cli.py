@@ -250,3 +250,20 @@ def allocate(study: Path, out: Path | None) -> None:
 
     if not allocate_study(study, out=out).is_met:
         sys.exit(3)
+
+
+@main.command()
+@click.argument("study", type=_FILE)
+@click.option("--samples", type=click.IntRange(min=1), help="Number of parts, in place of the study's samples.")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed, in place of the study's.")
+@click.option("--workers", type=click.IntRange(min=1), help="Parallel workers; the numbers do not depend on it.")
+@click.option("--out", type=_FILE, help="Directory to write into.  [default: runs/<study name>_life]")
+def life(study: Path, samples: int | None, seed: int | None, workers: int | None, out: Path | None) -> None:
+    """Follow the wear of STUDY's joint over its running time.
+
+    Clearance, forces, tilt and the share of the parts inside their limits against hours, and the hours after which too many
+    break one. Started again, it goes on where it was stopped.
+    """
+    from tolmc.commands.life import life_study
+
+    life_study(study, samples=samples, seed=seed, workers=workers, out=out)

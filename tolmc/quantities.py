@@ -45,6 +45,8 @@ KINDS = {
     "energy": Kind("J", "an energy", "0.2 J", "J"),
     "power": Kind("W", "a power", "5 W", "W"),
     "ratio": Kind("1", "a plain number", 0.5, ""),
+    "wear coefficient": Kind("m^2/N", "a wear coefficient", "1e-6 mm^3/(N m)", "mm³/(N m)", 1e9),
+    "volume rate": Kind("m^3/s", "a volume per time", "1 mm^3/h", "mm³/h", 3.6e12),
     "temperature": Kind("°C", "a temperature", "80 °C", "°C"),
     "temperature difference": Kind("K", "a temperature difference", "5 K", "K"),
     "expansion": Kind("1/K", "an expansion coefficient", "12e-6 1/K", "1/K"),
@@ -138,6 +140,7 @@ SCALAR_ROWS = (
     Scalar("contact_stiffness", "contact stiffness", "Contact stiffness K", "K", "CONTACT_STIFFNESS", "contact"),
     Scalar("friction", "ratio", "Friction μ", "μ", "FRICTION", "contact"),
     Scalar("slip_speed", "speed", "Slip speed v_ε", "v_ε", "SLIP_SPEED", "contact"),
+    Scalar("wear_coefficient", "wear coefficient", "Wear coefficient k", "k", "WEAR_COEFFICIENT", "contact"),
     Scalar("mass", "mass", "Mass", "m", "MASS", "body"),
     *_vector("center_of_mass", "length", "Center of mass", "r_C", "COM", "body"),
     *(
@@ -199,7 +202,7 @@ def _impacts(end: str) -> tuple[Output, ...]:
 
 
 def _friction() -> tuple[Output, ...]:
-    """What friction does at the closed contacts, impacts left out, and what the drive that holds the spin gives."""
+    """What friction does at the closed contacts, impacts left out, what the drive of the spin gives, and what wears."""
 
     def row(name: str, kind: str, label: str, symbol: str, key: str, settled: str, when: str = "friction") -> Output:
         return Output(name, kind, label, symbol, key, "statistics", when=when, settled=settled)
@@ -217,6 +220,7 @@ def _friction() -> tuple[Output, ...]:
         row("drive_torque_max", "torque", "Drive torque, max", "M_d", "DRIVE_TORQUE_MAX", "grows", "driven"),
         row("drive_torque_mean", "torque", "Drive torque, mean", "M_d", "DRIVE_TORQUE_MEAN", "at end", "driven"),
         row("drive_power_mean", "power", "Drive power, mean", "P_d", "DRIVE_POWER_MEAN", "at end", "driven"),
+        row("wear_rate", "volume rate", "Worn volume per time", "V̇", "WEAR_RATE", "at end", "wears"),
     )
 
 

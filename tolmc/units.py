@@ -25,7 +25,7 @@ _COMMON = {
         "µm": Decimal("1e-6"),
     },
     "kg": {"kg": Decimal(1), "g": Decimal("1e-3")},
-    "s": {"s": Decimal(1), "ms": Decimal("1e-3")},
+    "s": {"s": Decimal(1), "ms": Decimal("1e-3"), "h": Decimal(3600)},
     "rad": {"rad": Decimal(1), "deg": _PI / 180, "°": _PI / 180},
     "rad/s": {"rad/s": Decimal(1), "deg/s": _PI / 180, "rpm": _PI / 30},
     "N": {"N": Decimal(1), "kN": Decimal("1e3")},
@@ -35,6 +35,8 @@ _COMMON = {
     "N/m^1.5": {"N/m^1.5": Decimal(1)},
     "K": {"K": Decimal(1), "°C": Decimal(1), "degC": Decimal(1), "°F": Decimal(5) / 9, "degF": Decimal(5) / 9},
     "1/K": {"1/K": Decimal(1)},
+    "m^2/N": {"mm^3/(N m)": Decimal("1e-9"), "mm³/(N m)": Decimal("1e-9")},
+    "m^3/s": {"mm^3/h": Decimal("1e-9") / 3600, "mm³/h": Decimal("1e-9") / 3600},
     "1": {"": Decimal(1), "%": Decimal("1e-2")},
 }
 # Scales of temperature: degrees Celsius are (number - zero) times factor.
@@ -47,7 +49,8 @@ _TEMPERATURE = {
 _FACTOR = r"[^\W\d_]+(?:(?:\^|\*\*)-?[1-9]\.[1-9]|(?:\^|\*\*)?-?[1-9]|[²³])?"
 _QUANTITY = re.compile(
     rf"\s*([+-]?(?:\d{{1,40}}\.?\d{{0,40}}|\.\d{{1,40}})(?:[eE][+-]?\d{{1,4}})?)"
-    rf"\s*(%|°[CF]?|(?:1\s*/\s*)?{_FACTOR}(?:\s*[*·/]\s*{_FACTOR}|\s+{_FACTOR})*|)\s*",
+    rf"\s*(%|°[CF]?|(?:1\s*/\s*)?{_FACTOR}(?:\s*[*·/]\s*{_FACTOR}|\s+{_FACTOR})*"
+    rf"(?:\s*/\s*\({_FACTOR}(?:(?:\s*[*·]\s*|\s+){_FACTOR})*\))?|)\s*",
 )
 
 

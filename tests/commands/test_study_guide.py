@@ -120,11 +120,11 @@ def test_check_says_what_it_understood(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["paper_joint", "horizontal_shaft", "vertical_spindle"])
 def test_the_time_guessed_is_right_to_a_factor_of_three(name):
-    from tolmc.runs.run import _plan
+    from tolmc.runs.integrate import study_plan
 
     study = tolmc.load_study(STUDIES / f"{name}.toml")
     guessed = seconds(study) - seconds(study.replaced(samples=1))
-    steps = _plan(study).steps
+    steps = study_plan(study).steps
     each = {True: 0.2e-6, False: 0.8e-6}[study.scene.body.is_symmetric]
     assert 1 / 3 < guessed / (study.samples * steps * each / study.workers) < 3
 

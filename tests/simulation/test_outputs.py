@@ -15,8 +15,8 @@ from tolmc.simulation.plan import Plan
 
 OPERATING = tuple(f"operating_{name}" for name in quantities.JOINT)
 
-ALL = ("momentum", "spin", "one_sided", "stiffness", "friction", "driven")
-#: What flights, impacts, friction and a drive give.
+ALL = ("momentum", "spin", "one_sided", "stiffness", "friction", "driven", "wears")
+#: What flights, impacts, friction, a drive and wear give.
 CONTACT = {output.name for output in quantities.OUTPUT_ROWS if output.when in ALL[2:]}
 
 

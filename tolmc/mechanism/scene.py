@@ -50,6 +50,8 @@ class Joint:
         Without restitution the motion ends where contact is lost.
     slip_speed : float, m/s, or str with a unit
         v_eps > 0, below which friction falls off with the slip: what it leaves of sticking is a creep of about this speed.
+    wear_coefficient : float, m^3/(N m), or str with a unit
+        k >= 0 of Archard's law: the worn volume is k times the integral of N |v| dt; 0: what wears is not asked.
     """
 
     bearing_radius: float
@@ -60,6 +62,7 @@ class Joint:
     contact_stiffness: float | None = None
     friction: float = 0.0
     slip_speed: float = cast(float, "1 mm/s")
+    wear_coefficient: float = 0.0
 
     if TYPE_CHECKING:  # what may be given is more than what is kept
 
@@ -73,6 +76,7 @@ class Joint:
             contact_stiffness: float | None = None,
             friction: float = 0.0,
             slip_speed: float | str = "1 mm/s",
+            wear_coefficient: float | str = 0.0,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -114,13 +118,24 @@ class Joint:
                 f"Joint: friction = {self.friction!r} is out of range; allowed: 0 (none) or more. Friction opposes the slip "
                 "whatever its direction: give the coefficient without a sign."
             )
-        speed = self.slip_speed
-        if isinstance(speed, str):
-            try:
-                speed = read(speed, "m/s")
-            except (ValueError, TypeError) as error:
-                raise type(error)(f"Joint: slip_speed = {error}") from None
+        speed, wear = self._read("slip_speed", "m/s"), self._read("wear_coefficient", "m^2/N")
         set_frozen(self, slip_speed=finite_number("Joint", "slip_speed", speed, positive=True))
+        set_frozen(self, wear_coefficient=finite_number("Joint", "wear_coefficient", wear))
+        if self.wear_coefficient < 0.0:
+            raise ValueError(
+                f"Joint: wear_coefficient = {self.wear_coefficient!r} m^3/(N m) is out of range; allowed: 0 (what wears is not "
+                "asked) or more."
+            )
+
+    def _read(self, name: str, unit: str) -> float:
+        """A field that may be a text with a unit, as a number."""
+        value = getattr(self, name)
+        if not isinstance(value, str):
+            return value
+        try:
+            return read(value, unit)
+        except (ValueError, TypeError) as error:
+            raise type(error)(f"Joint: {name} = {error}") from None
 
     @property
     def _dimensions(self) -> tuple[float, float, float]:
@@ -324,6 +339,11 @@ class Scene:
                 "Scene: a motion that starts within the clearance will hit the wall; give Joint(restitution=...), 0 to 1."
             )
 
+    @property
+    def rubs(self) -> bool:
+        """Whether sliding at the wall counts, by friction or wear, or a drive turns the body: Omega is no constant then."""
+        return self.joint.friction > 0.0 or self.joint.wear_coefficient > 0.0 or self.loads.drive != "free"
+
     @cached_property
     def joint_in_operation(self) -> Joint:
         """The joint with the dimensions that temperature and wear make of the drawn ones.
@@ -365,7 +385,7 @@ class Scene:
             "half_length": joint.half_length,
             "restitution": joint.restitution or 0.0,
             "contact_stiffness": joint.contact_stiffness or 0.0,
-            "friction": joint.friction, "slip_speed": joint.slip_speed,
+            "friction": joint.friction, "slip_speed": joint.slip_speed, "wear_coefficient": joint.wear_coefficient,
             "mass": body.mass,
             "inertia_xx": J[0, 0], "inertia_yy": J[1, 1], "inertia_zz": J[2, 2],
             "inertia_xy": J[0, 1], "inertia_xz": J[0, 2], "inertia_yz": J[1, 2],

@@ -28,8 +28,8 @@ from tolmc.mechanism.scene import Scene
 from tolmc.statistics.columns import Columns
 from tolmc.statistics.summary import RANKED, rank_correlations
 
-_BLUE, _ORANGE, _RED, _GREY = "#0072B2", "#E69F00", "#D55E00", "#666666"
-_COLOUR = {"D": _BLUE, "E": _ORANGE}
+BLUE, ORANGE, RED, GREY = "#0072B2", "#E69F00", "#D55E00", "#666666"
+_COLOUR = {"D": BLUE, "E": ORANGE}
 _STYLE: dict[Any, Any] = {
     "font.size": 10, "axes.titlelocation": "left", "axes.titlesize": 11, "axes.titleweight": "bold", "figure.titlesize": 13,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
@@ -59,7 +59,7 @@ _MISSING = "\N{WHITE SQUARE}"
 
 
 @contextmanager
-def _style() -> Iterator[None]:
+def styled() -> Iterator[None]:
     """Our settings and Matplotlib's own alone: what a user's matplotlibrc says, usetex among it, must not cost a run."""
     own = {key: value for key, value in mpl.rcParamsDefault.items() if key not in _OF_WINDOWS}
     with mpl.rc_context({**own, **_STYLE, "font.family": [font for font, _ in _fonts()]}):
@@ -84,12 +84,12 @@ def _drawable(text: str) -> str:
     return "".join(sign if any(ord(sign) in signs for _, signs in _fonts()) else _MISSING for sign in plain)
 
 
-class _Picture(Figure):
+class Picture(Figure):
     """A figure that a notebook shows without pyplot."""
 
     def _repr_png_(self) -> bytes:
         buffer = BytesIO()
-        with _style():
+        with styled():
             FigureCanvasAgg(self).print_png(buffer)
         return buffer.getvalue()
 
@@ -101,7 +101,7 @@ def save(figure: Figure, path: str | Path) -> None:
         raise InputError(f"{path} has no ending that says what picture it is; allowed: {', '.join(sorted(formats))}.")
     # Half the time of a picture would go into compressing it a few percent further.
     quick: dict[str, Any] = {"pil_kwargs": {"compress_level": 3}} if Path(path).suffix == ".png" else {}
-    with _style():  # text is laid out when it is written
+    with styled():  # text is laid out when it is written
         figure.savefig(path, dpi=150, **quick)
 
 
@@ -120,9 +120,9 @@ def draw_distributions(
     columns = min(2, len(outputs))
     rows = -(-len(outputs) // columns)
     height = 0.7 + 3.3 * rows
-    with _style():
-        figure = _Picture(figsize=(5.3 * columns, height))
-        _head(figure, f"{title}: {len(samples):,} samples")
+    with styled():
+        figure = Picture(figsize=(5.3 * columns, height))
+        heading(figure, f"{title}: {len(samples):,} samples")
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for axis, name in zip(axes, outputs, strict=False):
             limits = specification.get(name, {}).values()
@@ -135,13 +135,13 @@ def draw_distributions(
     return figure
 
 
-def _head(figure: Figure, title: str) -> None:
+def heading(figure: Figure, title: str) -> None:
     figure.suptitle(
         _drawable(title), y=1 - 0.15 / figure.get_figheight(), va="top", fontweight="bold", parse_math=False
     )
 
 
-def _label(name: str, *, with_unit: bool = True) -> str:
+def axis_label(name: str, *, with_unit: bool = True) -> str:
     unit = quantities.shown(name)[0]
     text = quantities.label(name).replace("N_D", "$N_D$").replace("N_E", "$N_E$")
     return f"{text} ({unit})" if with_unit and unit else text
@@ -151,18 +151,18 @@ def _draw_distribution(axis, values: np.ndarray, name: str, nominal: float | Non
     unit, factor = quantities.shown(name)
     finite = np.isfinite(values)
     values = values if finite.all() else values[finite]  # no copy of a million values, here or for the unit below
-    axis.set_xlabel(_label(name))
+    axis.set_xlabel(axis_label(name))
     axis.set_ylabel("samples per bin (%)")
     if values.size == 0:
-        axis.text(0.5, 0.5, "no sample has a value", transform=axis.transAxes, ha="center", color=_GREY)
+        axis.text(0.5, 0.5, "no sample has a value", transform=axis.transAxes, ha="center", color=GREY)
         return
-    lines = [(limit * factor, "limit", _RED, "-", 1.08) for limit in limits]
+    lines = [(limit * factor, "limit", RED, "-", 1.08) for limit in limits]
     if nominal is not None and np.isfinite(nominal):
         lines.append((nominal * factor, "nominal", "black", "--", 1.01))
     low, high = _span(values, [value / factor for value, *_ in lines])
     bins = min(80, max(10, int(np.sqrt(values.size))))
     counts, edges = np.histogram(values, bins=bins, range=(low, high))
-    axis.stairs(100 * counts / values.size, factor * edges, fill=True, color=_BLUE, alpha=0.75)
+    axis.stairs(100 * counts / values.size, factor * edges, fill=True, color=BLUE, alpha=0.75)
     axis.set_xlim(factor * low, factor * high)
     axis.xaxis.set_major_locator(MaxNLocator(6))
     for value, word, colour, style, height in lines:
@@ -170,7 +170,7 @@ def _draw_distribution(axis, values: np.ndarray, name: str, nominal: float | Non
     outside = values.size - counts.sum()
     if outside:
         axis.text(0.99, 0.97, f"{outside:,} samples off the scale", transform=axis.transAxes, ha="right", va="top",
-                  fontsize=8, color=_GREY)  # fmt: skip
+                  fontsize=8, color=GREY)  # fmt: skip
 
 
 def _span(values: np.ndarray, marks: list[float]) -> tuple[float, float]:
@@ -209,11 +209,11 @@ def draw_drivers(samples: pd.DataFrame, inputs: list[str], *, title: str) -> Fig
     inputs = [name for name in inputs if _varies(samples[name])]
     below = 0.62 if len(inputs) <= _UPRIGHT else 1.15  # inches for the names of the inputs
     height = max(4.8, 1.3 + below + 0.36 * len(outputs))
-    with _style():
-        figure = _Picture(figsize=(11.5, height))
-        _head(figure, f"{title}: which dimension drives which output")
+    with styled():
+        figure = Picture(figsize=(11.5, height))
+        heading(figure, f"{title}: which dimension drives which output")
         if not inputs or not outputs:
-            figure.text(0.5, 0.5, "no dimension with a tolerance moves an output", ha="center", color=_GREY)
+            figure.text(0.5, 0.5, "no dimension with a tolerance moves an output", ha="center", color=GREY)
             return figure
         correlations = rank_correlations(samples, inputs, outputs)
         grid = figure.add_gridspec(
@@ -239,10 +239,10 @@ def _draw_correlations(axis, correlations: pd.DataFrame) -> None:
     axis.grid(False)
     axis.spines[:].set_visible(False)
     axis.set_title("Rank correlation (+ rises, − falls with the input)")
-    columns = [_label(name, with_unit=False) for name in correlations.columns]
+    columns = [axis_label(name, with_unit=False) for name in correlations.columns]
     rotated = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if len(columns) > _UPRIGHT else {}
     axis.set_xticks(range(len(columns)), columns, **rotated)
-    axis.set_yticks(range(len(values)), [_label(name, with_unit=False) for name in correlations.index])
+    axis.set_yticks(range(len(values)), [axis_label(name, with_unit=False) for name in correlations.index])
     axis.tick_params(length=0)
     size = 9 if len(columns) <= 8 else 6
     for (row, column), value in np.ndenumerate(values):
@@ -254,9 +254,9 @@ def _draw_correlations(axis, correlations: pd.DataFrame) -> None:
 def _draw_scatter(axis, samples: pd.DataFrame, driver: str, output: str) -> None:
     head = samples[[driver, output]].iloc[:_POINTS]
     (_, x_factor), (y_unit, y_factor) = quantities.shown(driver), quantities.shown(output)
-    axis.scatter(head[driver] * x_factor, head[output] * y_factor, s=4, color=_BLUE, alpha=0.5, linewidths=0)
-    axis.set_title(_label(output, with_unit=False))
-    axis.set_xlabel(f"strongest driver: {_label(driver)}")
+    axis.scatter(head[driver] * x_factor, head[output] * y_factor, s=4, color=BLUE, alpha=0.5, linewidths=0)
+    axis.set_title(axis_label(output, with_unit=False))
+    axis.set_xlabel(f"strongest driver: {axis_label(driver)}")
     axis.set_ylabel(y_unit)
     axis.xaxis.set_major_locator(MaxNLocator(5))
     axis.yaxis.set_major_locator(MaxNLocator(5))
@@ -269,9 +269,9 @@ def draw_trajectory(trajectory, scene: Scene, *, title: str) -> Figure:
     """
     offset = scene.joint_in_operation.half_length * trajectory.axis[:, :2] / trajectory.axis[:, 2:]
     ends = {"D": trajectory.origin + offset, "E": trajectory.origin - offset}
-    with _style():
-        figure = _Picture(figsize=(11.5, 5.2))
-        _head(figure, title)
+    with styled():
+        figure = Picture(figsize=(11.5, 5.2))
+        heading(figure, title)
         grid = figure.add_gridspec(
             2, 2, width_ratios=(1, 1.3), left=0.08, right=0.975, top=0.85, bottom=0.11, hspace=0.3, wspace=0.17
         )
@@ -285,7 +285,7 @@ def draw_trajectory(trajectory, scene: Scene, *, title: str) -> Figure:
             lower.plot(trajectory.time, angle, color=_COLOUR[name], linewidth=1.4, label=name)
         for event in trajectory.events[trajectory.events.kind == "impact"]:
             for axis in (upper, lower):
-                axis.axvline(event.time, color=_RED, linewidth=0.6, alpha=0.5)
+                axis.axvline(event.time, color=RED, linewidth=0.6, alpha=0.5)
         lower.set_title("Polar angles of D and E")
         lower.set_ylabel("α, β (deg)")
         lower.set_xlabel("time (s)")
@@ -294,7 +294,7 @@ def draw_trajectory(trajectory, scene: Scene, *, title: str) -> Figure:
 
 def _draw_traces(axis, ends: dict[str, np.ndarray], radius: float) -> None:
     turn = np.linspace(0, 2 * np.pi, 241)
-    axis.plot(radius * np.cos(turn), radius * np.sin(turn), color=_GREY, linewidth=1, linestyle="--",
+    axis.plot(radius * np.cos(turn), radius * np.sin(turn), color=GREY, linewidth=1, linestyle="--",
               label=f"circle, r = {radius:.4g} mm")  # fmt: skip
     # Both move on nearly the same circle: E narrower and on top, so that both stay in sight.
     for (name, points), place, width in zip(ends.items(), ("Z = +L", "Z = −L"), (5.0, 1.8), strict=True):
@@ -319,7 +319,7 @@ def _draw_forces(axis, trajectory) -> None:
     lost = ~trajectory.closed.any(axis=1) if leaves else (trajectory.contact_force < 0).any(axis=1)
     if lost.any():
         axis.fill_between(
-            trajectory.time, 0, 1, where=lost, transform=axis.get_xaxis_transform(), color=_RED, alpha=0.2,
+            trajectory.time, 0, 1, where=lost, transform=axis.get_xaxis_transform(), color=RED, alpha=0.2,
             linewidth=0, label="free" if leaves else "contact lost",
         )  # fmt: skip
     axis.set_title("Contact forces")
@@ -344,19 +344,19 @@ def draw_cost_against_yield(
         Whether the winner was shown to keep the target.
     """
     cost, predicted, limit = winner
-    with _style():
-        figure = _Picture(figsize=(7.5, 4.8))
-        _head(figure, f"{title}: cost against yield")
+    with styled():
+        figure = Picture(figsize=(7.5, 4.8))
+        heading(figure, f"{title}: cost against yield")
         axis = figure.add_axes((0.1, 0.13, 0.83, 0.68))
         # Linear below one part per million: a choice without any predicted failure stays in the picture.
         axis.set_xscale("symlog", linthresh=1.0, linscale=0.5)
         axis.set_xlim(-0.2, 1e6)
         axis.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
         steps = trade_off.sort_values("out_ppm")
-        axis.plot(steps["out_ppm"], steps["cost"], color=_BLUE, marker="o", linewidth=1.4, label="cheapest, predicted")
+        axis.plot(steps["out_ppm"], steps["cost"], color=BLUE, marker="o", linewidth=1.4, label="cheapest, predicted")
         label = "chosen" if is_met else "not shown to suffice"
-        axis.plot(predicted, cost, color=_RED, marker="D", markersize=8, linestyle="none", label=label)
-        axis.plot([predicted, limit], [cost, cost], color=_RED, marker="|", markersize=14, markevery=[1], linewidth=2.5,
+        axis.plot(predicted, cost, color=RED, marker="D", markersize=8, linestyle="none", label=label)
+        axis.plot([predicted, limit], [cost, cost], color=RED, marker="|", markersize=14, markevery=[1], linewidth=2.5,
                   alpha=0.7, label="its confidence limit")  # fmt: skip
         axis.axvline(target_ppm, color="black", linestyle="--", linewidth=1.2)
         axis.text(target_ppm, 1.01, f"allowed {target_ppm:,.0f} ppm", transform=axis.get_xaxis_transform(), ha="center")

@@ -29,16 +29,14 @@ from tolmc.runs.crew import Crew, crew
 from tolmc.runs.directory import NextFree, RunDirectory
 from tolmc.runs.exact_subset import EXACT_SECTION, exact_subset
 from tolmc.runs.impacts import step_errors
+from tolmc.runs.integrate import integrate_study, status_words, study_plan
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.pictures import RunPictures, run_pictures
 from tolmc.runs.progress import progress
 from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.until import Sequential, looks_of, outcome, sample_study
 from tolmc.shown import Shown
-from tolmc.simulation.ensemble import integrate_columns
 from tolmc.simulation.judge import STATUSES
-from tolmc.simulation.outputs import scene_outputs
-from tolmc.simulation.pilot import plan_integration
 from tolmc.simulation.plan import Plan
 from tolmc.simulation.trajectory import Trajectory
 from tolmc.statistics.columns import Columns
@@ -47,7 +45,7 @@ from tolmc.statistics.section_effect import section_differences, section_of_requ
 from tolmc.statistics.summary import count_statuses, summarise, summarise_requirements
 from tolmc.study.file import load_study
 from tolmc.study.sections import TARGET_YIELD
-from tolmc.study.study import Study, StudyError
+from tolmc.study.study import Study
 from tolmc.tolerances.draw import sample
 
 #: Samples in a block, at most: about a tenth of a second of work and a few megabytes of results.
@@ -143,7 +141,7 @@ def run(
         study = Study.from_dict(study)
     study = study if isinstance(study, Study) else load_study(study)
     study = study.replaced(samples=samples, seed=seed, workers=workers)
-    plan = _plan(study)
+    plan = study_plan(study)
     with crew(study.workers, cluster) as workforce:
         block = _block_size(study.samples, workforce.size)
         if out is None:
@@ -207,24 +205,6 @@ def replay(directory: str | Path, index: int) -> tuple[Study, Scene, Trajectory,
     return study, scene, study_motion(study, scene), row
 
 
-def _plan(study: Study) -> Plan:
-    try:
-        return plan_integration(
-            study.scene,
-            {dimension.name: (dimension.lower, dimension.upper) for dimension in study.tolerances.dimensions},
-            step=study.step if study.integrates else study.scene.duration,
-            method=study.method,
-            formulation=study.formulation,
-            accuracy=study.integration_accuracy,
-            outputs=study.outputs,
-            on_contact_loss=study.on_contact_loss,
-            project_energy=study.project_energy,
-            halving=study.halving,
-        )
-    except ValueError as error:
-        raise StudyError(f"{study.title}: {error}") from None
-
-
 def _record_of(plan: Plan) -> dict:
     # JSON has neither NaN nor infinity: what is left out takes its default again, infinity is a word.
     return {name: "Infinity" if value == math.inf else value for name, value in asdict(plan).items() if value == value}
@@ -241,35 +221,16 @@ def _recorded_plan(directory: RunDirectory) -> Plan:
         ) from None
 
 
-def _integrate(study: Study, plan: Plan, dimensions: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Columns of the dimensions and of what their motions give; ``status`` as places in simulation.STATUSES."""
-    inputs = {name: dimensions[name].to_numpy() for name in dimensions}
-    outputs = integrate_columns(
-        study.scene, study.with_inertia(inputs), len(dimensions), plan=plan,
-        outputs=study.outputs or scene_outputs(plan, study.project_energy),
-        on_contact_loss=study.on_contact_loss, project_energy=study.project_energy,
-    )  # fmt: skip
-    return study.with_derived({**inputs, **outputs})
-
-
 def _block(study: Study, plan: Plan, start: int, count: int) -> pa.Table:
     """Samples ``start`` ... ``start + count - 1``: drawn, integrated, as columns."""
     dimensions = sample(
         study.tolerances, count, sampling=study.sampling, seed=study.seed, start=start, total=study.samples
     )
-    columns = _integrate(study, plan, dimensions)
-    columns["status"] = _words(columns["status"])
+    columns = integrate_study(study, plan, dimensions)
+    columns["status"] = status_words(columns["status"])
     # Declared to have no nulls (a missing number is NaN), columns are written and read without a mask.
     fields = [pa.field(name, getattr(column, "type", pa.float64()), nullable=False) for name, column in columns.items()]
     return pa.table(columns, schema=pa.schema(fields))
-
-
-def _words(codes: np.ndarray) -> pa.DictionaryArray:
-    """Statuses as a dictionary of those that occur, in alphabetical order."""
-    present = sorted(np.flatnonzero(np.bincount(codes)), key=STATUSES.__getitem__)
-    place = np.zeros(len(STATUSES), np.int8)
-    place[present] = np.arange(len(present))
-    return pa.DictionaryArray.from_arrays(place[codes], [STATUSES[code] for code in present])
 
 
 def _block_size(samples: int, workers: int) -> int:
@@ -435,7 +396,7 @@ def _compared(outputs: Iterable[str], exact: pd.DataFrame) -> list[str]:
 
 def _nominal_outputs(study: Study, plan: Plan) -> dict[str, float | str]:
     row = pd.DataFrame([{dimension.name: dimension.nominal for dimension in study.tolerances.dimensions}])
-    columns = {name: column[0] for name, column in _integrate(study, plan, row).items()}
+    columns = {name: column[0] for name, column in integrate_study(study, plan, row).items()}
     return {**columns, "status": STATUSES[columns["status"]]}
 
 

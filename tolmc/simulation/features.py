@@ -27,14 +27,15 @@ class Features:
     one_sided: bool = False
     free: bool = False
     stiffness: bool = False
-    #: Whether there is friction, and whether a drive holds Omega.
+    #: Whether there is friction, whether a drive holds Omega, and whether it is asked what wears.
     friction: bool = False
     driven: bool = False
+    wears: bool = False
 
     @property
     def rubs(self) -> bool:
-        """Whether Omega changes by friction or is held: motions of the one-sided kernels from their start."""
-        return self.friction or self.driven
+        """Whether sliding counts, or Omega is held: motions of the one-sided kernels from their start."""
+        return self.friction or self.driven or self.wears
 
     @property
     def formulation(self) -> str:
@@ -76,7 +77,8 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
     operating = scene.operating is not None or bool(varied & set(OPERATING))
     one_sided = scene.joint.restitution is not None
     friction, driven = scene.joint.friction > 0.0 or "friction" in varied, scene.loads.drive != "free"
-    rubs = friction or driven
+    wears = scene.joint.wear_coefficient > 0.0 or "wear_coefficient" in varied
+    rubs = friction or driven or wears
     if one_sided or rubs:
         _check_free_body(scene)
     if friction and not driven and not scene.scalars["inertia_zz"] > 0:
@@ -89,6 +91,7 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
         # Impacts keep the momentum about Z, but it is the energy that watches them.
         momentum=not (turned or one_sided or rubs), spin=symmetric and not rubs, operating=operating, one_sided=one_sided,
         free=scene.motion.is_free, stiffness=scene.joint.contact_stiffness is not None, friction=friction, driven=driven,
+        wears=wears,
     )  # fmt: skip
 
 

@@ -126,7 +126,7 @@ def _results(found: np.ndarray, raw: np.ndarray, plan: Plan, duration: float) ->
 
 
 def _rubbed(out: np.ndarray, found: np.ndarray, raw: np.ndarray, lasted: float | np.ndarray) -> None:
-    """The rows that friction and a drive add."""
+    """The rows that friction, a drive and wear add."""
     out[R.FRICTION_TORQUE_MAX], out[R.FRICTION_TORQUE_MEAN] = found[at.R_TORQUE_MAX], found[at.R_TORQUE] / lasted
     out[R.FRICTION_WORK], out[R.FRICTION_POWER_MEAN] = found[at.R_HEAT], found[at.R_HEAT] / lasted
     out[R.D_SLIP_WORK], out[R.E_SLIP_WORK] = found[at.R_SLIP_D], found[at.R_SLIP_E]
@@ -136,6 +136,8 @@ def _rubbed(out: np.ndarray, found: np.ndarray, raw: np.ndarray, lasted: float |
     out[R.SPIN_END] = found[at.R_OMEGA]
     out[R.DRIVE_TORQUE_MAX], out[R.DRIVE_TORQUE_MEAN] = found[at.R_DRIVE_MAX], found[at.R_DRIVE] / lasted
     out[R.DRIVE_POWER_MEAN] = out[R.DRIVE_TORQUE_MEAN] * raw[P.SPIN_RATE]
+    slip_work = found[at.R_SLIP_D] + found[at.R_SLIP_E]
+    out[R.WEAR_RATE] = raw[P.WEAR_COEFFICIENT] * slip_work / lasted
 
 
 def never_left(results: np.ndarray) -> None:

@@ -44,7 +44,7 @@ def pack(
     large, small, length = raw[P.BEARING_RADIUS], raw[P.JOURNAL_RADIUS], raw[P.HALF_LENGTH]
     joint = np.isfinite(large) & np.isfinite(small) & np.isfinite(length) & (small > 0) & (small < large) & (length > 0)
     finite &= (raw[P.RESTITUTION] >= 0.0) & (raw[P.RESTITUTION] <= 1.0) & (raw[P.CONTACT_STIFFNESS] >= 0.0)
-    finite &= (raw[P.FRICTION] >= 0.0) & (raw[P.SLIP_SPEED] > 0.0)
+    finite &= (raw[P.FRICTION] >= 0.0) & (raw[P.SLIP_SPEED] > 0.0) & (raw[P.WEAR_COEFFICIENT] >= 0.0)
     code = np.where(joint, np.where(finite, R.OK, BODY_INVALID), GEOMETRY_INVALID)
     if any(np.ndim(values[name]) for name in _BODY_SCALARS):
         inside = code == R.OK

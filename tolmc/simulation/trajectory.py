@@ -87,7 +87,7 @@ def simulate(
     force has turned negative, and the status says when that happened first; with friction or a drive it ends there. With it
     the journal leaves the wall, flies and hits it.
     """
-    holds = scene.joint.restitution is None and scene.joint.friction == 0.0 and scene.loads.drive == "free"
+    holds = scene.joint.restitution is None and not scene.rubs
     on_loss = "continue" if holds else "stop"
     plan = plan_integration(
         scene, step=step, method=method, formulation=formulation, accuracy=accuracy, outputs=(*OUTPUTS, *END_OUTPUTS),

@@ -34,6 +34,10 @@ def study_fields(content: dict[str, Any], data_folder: Path) -> dict[str, Any]:
     with in_section("dimensions"):
         for varied in table.entries:
             scene.check_has(varied)
+    if file.life is not None and not scene.joint.wear_coefficient and "wear_coefficient" not in table.entries:
+        raise Faults(
+            '[life] follows a wear that the joint has not: give [contact] wear_coefficient = "1e-6 mm^3/(N m)".'
+        )
     settings = file.monte_carlo.model_dump() | {"on_contact_loss": _on_contact_loss(file)}
     outputs = settings.pop("outputs")
     derived = read_outputs(file.outputs)
@@ -52,6 +56,7 @@ def study_fields(content: dict[str, Any], data_folder: Path) -> dict[str, Any]:
         "formulation": file.model.formulation,
         "outputs": None if outputs is None else tuple(outputs),
         "until": read_until(settings.pop("until"), file.monte_carlo, specification),
+        "life": file.life,
         "allocation": file.allocation,
         "inertia_law": _inertia_law(file.body, dimensions),
         "data_files": table.data_files,
@@ -64,7 +69,7 @@ def _on_contact_loss(file: StudyFile) -> str:
     field = f"{place('monte_carlo', 'on_contact_loss')} = {given!r}"
     if follows and given in ("continue", "end"):
         raise Faults(f"{field} is for a wall that holds the journal; with [contact] restitution leave it out.")
-    rubs = file.contact.friction > 0.0 or file.loads.drive != "free"
+    rubs = file.contact.friction > 0.0 or file.contact.wear_coefficient > 0.0 or file.loads.drive != "free"
     if rubs and not follows and given == "continue":
         raise Faults(
             f"{field} is for a wall without friction that holds the journal; with friction or a drive the motion ends where "

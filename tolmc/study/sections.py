@@ -71,6 +71,17 @@ _Unit = Annotated[
 ]
 
 
+def _read_part(value: object) -> float:
+    part = units.read(value, "1")
+    if not 0.0 <= part <= 1.0:
+        raise ValueError(f"expected {_PART}")
+    return part
+
+
+_PART = "a number from 0 to 1, or a percentage"
+_Part = Annotated[float, BeforeValidator(_read_part), Form(_PART, {"type": ["number", "string"]})]
+
+
 class DimensionSection(Section):
     """One dimension: its nominal value, its limits, and what it follows between them."""
 
@@ -172,6 +183,8 @@ class _Contact(Section):
     """Coefficient of Coulomb friction between journal and wall; without restitution the motion ends where contact is lost."""
     slip_speed: quantity("m/s", positive=True) = 1e-3
     """Slip below which friction falls off with it: what it leaves of sticking is a creep of about this speed."""
+    wear_coefficient: quantity("m^2/N") = 0.0
+    """Archard's k: worn volume over normal force times sliding distance, for `wear_rate` and `tolmc life`."""
 
 
 class BodySection(Section):
@@ -353,6 +366,22 @@ class OperatingSection(Section):
     """Depth worn off the journal, on the radius."""
 
 
+class LifeSection(Section):
+    """How the joint ages in running, for `tolmc life`: what wears off by `[contact] wear_coefficient` opens the clearance."""
+
+    running_time: quantity("s", positive=True)
+    """Running time up to which the wear is followed, such as "2000 h"."""
+    steps: whole(1, 10_000) | None = None
+    """Steps of equal length in which it is followed, each a study of its own; chosen on the nominal joint when not given."""
+    broken_share: share(0.0) = 0.05
+    """Share of the parts that may break a limit: the life is the running time until then."""
+    journal_share: _Part = 0.0
+    """Share of the worn volume that the journal loses, all round; the bore loses the rest."""
+    contact_arc: quantity("rad") | None = None
+    """Arc of the bore over which the contact wanders: there the wear is even, and at its ends the journal's own shape. That of
+    the nominal motion when not given; 360 deg: all round."""
+
+
 class StudyFile(Section):
     """A study: a TOML file. Numbers are in SI units; texts carry their unit."""
 
@@ -366,6 +395,7 @@ class StudyFile(Section):
     motion: MotionSection
     contact: _Contact = _Contact()
     operating: OperatingSection | None = None
+    life: LifeSection | None = None
     model: _Model = _Model()
     monte_carlo: MonteCarloSection = MonteCarloSection()
     outputs: dict[str, Any] = Field(default_factory=dict)

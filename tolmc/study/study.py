@@ -22,7 +22,7 @@ from tolmc.shown import Shown
 from tolmc.study.build import study_fields
 from tolmc.study.derived import Derived
 from tolmc.study.fields import Faults, validated
-from tolmc.study.sections import MonteCarloSection
+from tolmc.study.sections import LifeSection, MonteCarloSection
 from tolmc.study.until import Until
 from tolmc.tolerances import fits
 from tolmc.tolerances.dimension import Tolerances
@@ -54,6 +54,8 @@ class Study(Shown):
         The study's own outputs.
     target : float or None
         Share of the parts that have to keep every limit; None where [specification] does not say.
+    life : LifeSection or None
+        The [life] table, for :mod:`tolmc.runs.life`.
     allocation : mapping
         The [allocation] table as written, for :mod:`tolmc.allocation.allocate`.
     inertia_law : {"origin", "centroid", "cylinder"}
@@ -85,6 +87,7 @@ class Study(Shown):
     until: Until | None
     derived: tuple[Derived, ...]
     target: float | None
+    life: LifeSection | None
     allocation: Mapping[str, Any]
     inertia_law: Literal["origin", "centroid", "cylinder"]
     source: str

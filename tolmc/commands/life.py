@@ -1,0 +1,53 @@
+"""`tolmc life`: the parts of a study against running time, as a table and a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tolmc.commands.written import written
+from tolmc.pictures import plots
+from tolmc.pictures.life import draw_life
+from tolmc.runs import life as ageing
+from tolmc.runs.life import LifeResult
+from tolmc.study.file import load_study
+from tolmc.tables.life import life_blocks
+from tolmc.tables.table import Table
+from tolmc.terminal.grid import show
+
+
+def life_study(
+    path: Path,
+    *,
+    samples: int | None = None,
+    seed: int | None = None,
+    workers: int | None = None,
+    out: Path | None = None,
+) -> LifeResult:
+    """Follow the wear of a study file's parts, print the table and write it, with a picture.
+
+    Parameters
+    ----------
+    out : path
+        Directory of the files; ``runs/<study name>_life`` when not given. Steps of the same study that an earlier start has
+        left there are not computed again.
+
+    Raises
+    ------
+    InputError
+        As :func:`tolmc.runs.life.life`.
+    """
+    study = load_study(path).replaced(samples=samples, seed=seed, workers=workers)
+    directory = out or Path("runs") / f"{study.name}_life"
+    result = ageing.life(study, keep=directory / "steps")
+    blocks = list(life_blocks(result))
+    show(blocks)
+    for table in (block for block in blocks if isinstance(block, Table)):
+        (directory / f"{table.name}.csv").write_text(table.csv(), encoding="utf-8")
+    (directory / "study.toml").write_text(study.source, encoding="utf-8")
+    picture = draw_life(
+        result.table, result.shown, life=result.life, broken_share=result.section.broken_share,
+        specification=study.specification, title=study.title,
+    )  # fmt: skip
+    plots.save(picture, directory / "life.png")
+    written(directory, ("life.csv", "life.png", "steps"))
+    return result
