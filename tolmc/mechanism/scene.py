@@ -5,7 +5,7 @@ Frozen dataclasses, validated once when they are made, so that everything downst
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
@@ -15,16 +15,13 @@ from numpy.typing import ArrayLike
 
 from tolmc.mechanism import geometry
 from tolmc.mechanism.checks import finite_number, finite_vector, plain_array, set_frozen
+from tolmc.mechanism.loads import Loads, Vector
 from tolmc.mechanism.motion import Motion
 from tolmc.mechanism.operating import Operating, closing_sentence, operating_dimensions
 from tolmc.quantities import CONTACT, FREE_START, JOINT, OPERATING, SCALARS, SPIN, START
 from tolmc.units import read
 
 SECTIONS = ("circle", "exact")
-DRIVES = ("free", "constant speed")
-
-#: What may be given as a vector (x, y, z).
-Vector = Sequence[float] | np.ndarray
 
 
 @dataclass(frozen=True)
@@ -262,52 +259,6 @@ class Body:
         h = finite_number("Body", "length", length, positive=True)
         transverse = m * (3 * a * a + h * h) / 12
         return cls.from_centroidal(m, center_of_mass, (transverse, transverse, 0.5 * m * a * a))
-
-
-@dataclass(frozen=True)
-class Loads:
-    """Loads on the body; what is absent costs nothing.
-
-    Parameters
-    ----------
-    gravity : 3 floats, m/s^2
-        Uniform field in fixed axes.
-    force : 3 floats or None, N
-        Constant force of fixed direction (fixed axes), acting at the body point ``force_point`` (m, body axes; O
-        when None).
-    torque : 3 floats or None, N m
-        Constant torque in fixed axes.
-    drive : {"free", "constant speed"}
-        Whether the body turns about its axis as it will, or a drive holds Omega at the motion's spin_rate by a torque along
-        the axis, which is an output.
-    """
-
-    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    force: tuple[float, float, float] | None = None
-    force_point: tuple[float, float, float] | None = None
-    torque: tuple[float, float, float] | None = None
-    drive: str = "free"
-
-    if TYPE_CHECKING:
-
-        def __init__(
-            self,
-            gravity: Vector = (0.0, 0.0, 0.0),
-            force: Vector | None = None,
-            force_point: Vector | None = None,
-            torque: Vector | None = None,
-            drive: str = "free",
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        set_frozen(self, gravity=finite_vector("Loads", "gravity", self.gravity))
-        for name in ("force", "force_point", "torque"):
-            if getattr(self, name) is not None:
-                set_frozen(self, **{name: finite_vector("Loads", name, getattr(self, name))})
-        if self.force_point is not None and self.force is None:
-            raise ValueError("Loads: force_point is given without force; give the force (N) that acts there.")
-        if self.drive not in DRIVES:
-            raise ValueError(f"Loads: drive = {self.drive!r} is unknown; allowed: {', '.join(DRIVES)}.")
 
 
 @dataclass(frozen=True)
