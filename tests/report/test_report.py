@@ -220,7 +220,7 @@ class TestPage:
         record = json.loads((directory / "run.json").read_text())
         assert f"{record['plan']['steps']} steps of rk8" in text
         assert typeset.number(record["plan"]["pilot_error"], 2) in text
-        assert "the journal left the wall in 0 samples, 0 % (0 % to" in text
+        assert "the journal left the wall in 0 of all samples, 0 % (0 % to" in text
         assert "Failed samples: none." in text
 
     def test_is_the_same_again_and_leaves_the_run_alone(self, directory):

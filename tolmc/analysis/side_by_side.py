@@ -65,8 +65,7 @@ def side_by_side(
             }
             rows[name, quantity] = row | _judged(row, quantity, material, found, limits)
     index = pd.MultiIndex.from_tuples(rows, names=["output", "quantity"])
-    table = pd.DataFrame(list(rows.values()), index=index)
-    return table.assign(worst_case_is=table["worst_case_is"].fillna(""))
+    return pd.DataFrame(list(rows.values()), index=index)
 
 
 class Linear(StrEnum):
@@ -113,12 +112,15 @@ def _worst_value(worst: pd.Series, quantity: str) -> float:
 def _judged(row: dict, quantity: str, material: float, found: pd.Series, worst: pd.Series) -> dict:
     value, low, high = row["monte_carlo"], row["monte_carlo_low"], row["monte_carlo_high"]
     scale = found["sd"] if quantity == "sd" else found["q99.865"] - found["q0.135"]
+    percents = ("error_percent", "uncertainty_percent", "excess_percent", "beyond_percent")
+    unjudged: dict[str, float | str] = {**dict.fromkeys(percents, math.nan), "worst_case_is": ""}
     if not scale > 0:
-        return {"root_sum_square_is": Linear.CONSTANT.value, "verdict": Linear.CONSTANT.value}
+        kind = Linear.UNKNOWN if math.isnan(scale) else Linear.CONSTANT
+        return unjudged | {"root_sum_square_is": kind.value, "verdict": kind.value}
     linear, percent = row["root_sum_square"], 100 / scale
     of = "of the sd" if quantity == "sd" else "of the spread"
     kind, words = _linear_verdict(linear, value, low, high, percent, of, material)
-    judged = {
+    judged = unjudged | {
         "error_percent": percent * (linear - value),
         "uncertainty_percent": percent * 0.5 * (high - low),
         "root_sum_square_is": kind.value,

@@ -14,6 +14,7 @@ import click
 from tolmc.commands.compare_sections import compare_run
 from tolmc.commands.written import written
 from tolmc.runs import run as monte_carlo
+from tolmc.statistics.outcomes import ENOUGH_COMPUTED
 from tolmc.study.file import load_study
 from tolmc.study.slips import slips
 from tolmc.tables.run import brief_blocks, run_blocks
@@ -21,8 +22,10 @@ from tolmc.terminal.grid import show
 from tolmc.tolerances.interference import interference_note
 
 
-def run_study(study: Path, shown: Mapping[str, bool], *, out: Path | None, **options: Any) -> None:
+def run_study(study: Path, shown: Mapping[str, bool], *, out: Path | None, **options: Any) -> bool:
     """Run the study file into ``out``; options are those of :func:`tolmc.runs.run.run`.
+
+    Returns whether enough samples could be computed for the run to stand for the parts.
 
     ``shown``: "brief", "as_json", or sections to "compare".
     """
@@ -33,6 +36,7 @@ def run_study(study: Path, shown: Mapping[str, bool], *, out: Path | None, **opt
         _note(slip)
     result = monte_carlo.run(loaded, out=out or monte_carlo.default_directory(study), **options)
     _show(result, cast(Path, result.directory), **shown)
+    return result.computed_share >= ENOUGH_COMPUTED
 
 
 def _note(sentence: str) -> None:
@@ -41,10 +45,11 @@ def _note(sentence: str) -> None:
         click.echo(f"Note: {sentence}", err=True)
 
 
-def resume_run(directory: Path, shown: Mapping[str, bool], **options: Any) -> None:
-    """Go on with the run in ``directory``; options are those of :func:`tolmc.runs.run.resume`."""
+def resume_run(directory: Path, shown: Mapping[str, bool], **options: Any) -> bool:
+    """Go on with the run in ``directory``, as :func:`run_study`; options are those of :func:`tolmc.runs.run.resume`."""
     result = monte_carlo.resume(directory, **options)
     _show(result, result.directory or directory, **shown)
+    return result.computed_share >= ENOUGH_COMPUTED
 
 
 def _show(result: monte_carlo.StudyResult, directory: Path, *, compare: bool, brief: bool, as_json: bool) -> None:
@@ -69,6 +74,7 @@ def record(result: monte_carlo.StudyResult) -> dict[str, Any]:
         "sampling": study.sampling,
         "seed": study.seed,
         "seconds": round(result.elapsed, 3),
+        "computed_share": result.computed_share,
         "directory": None if result.directory is None else str(result.directory),
         "nominal": {name: _json(value) for name, value in result.nominal.items()},
         **{

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pandas as pd
 
@@ -47,6 +47,7 @@ def answer(
     failure_sources: pd.DataFrame | None,
     target: float,
     watches_contact: bool,
+    warning: str = "",
 ) -> Answer:
     """The verdict on all requirements together, and what stands behind it.
 
@@ -62,7 +63,22 @@ def answer(
         Yield that is asked for.
     watches_contact : bool
         Whether a loss of contact would have been seen.
+    warning : str
+        What goes before the verdict: that too few samples could be computed.
     """
+    found = _answer(study, shares, capability, indices, failure_sources, target, watches_contact)
+    return replace(found, headline=f"{warning} {found.headline}".strip())
+
+
+def _answer(
+    study: Study,
+    shares: pd.DataFrame,
+    capability: pd.DataFrame,
+    indices: pd.DataFrame | None,
+    failure_sources: pd.DataFrame | None,
+    target: float,
+    watches_contact: bool,
+) -> Answer:
     sentences: list[str] = []
     if indices is not None:
         sentences += _influence(study, shares, contributions(indices).drop(columns=INTERACTIONS).dropna())
@@ -152,14 +168,14 @@ def _origin(study: Study, sources: pd.DataFrame) -> Iterator[str]:
 
 def _contact(shares: pd.DataFrame, is_watched: bool, on_contact_loss: str) -> Iterator[str]:
     row = shares.loc[CONTACT_LOSS]
-    value, interval = typeset.share(*(row[f"share_least{end}"] for end in ("", "_low", "_high")))
+    value, interval = phrases.share_between(row)
     if row["out"]:
         yield (
             f"In {value} of the samples ({interval}) the journal leaves the wall during the motion; "
             f"{phrases.AFTER_LOSS[on_contact_loss]}."
         )
-    elif is_watched:
-        yield "In no sample does the journal leave the wall."
+    elif is_watched and row["unknown"] < row["samples"]:
+        yield f"In none of {phrases.computed(row)} does the journal leave the wall."
     if row["unknown"]:
         yield f"{row['unknown']:,.0f} samples could not be computed: they may meet the requirements or not."
 

@@ -178,6 +178,10 @@ class _Content:
         return shares.join(found)
 
     @cached_property
+    def statuses(self) -> pd.DataFrame:
+        return count_statuses(self.samples, **self.drawn, **self.level)
+
+    @cached_property
     def exact(self) -> pd.DataFrame | None:
         """The samples that were run on the exact section too; None where the run has none."""
         path = self.run.path / EXACT_SECTION
@@ -223,6 +227,7 @@ class _Content:
             failure_sources=self.failure_sources if self.inputs else None,
             target=self.target,
             watches_contact=self.watches_contact,
+            warning=phrases.too_few_computed(self.statuses),
         )
 
     def trust(self) -> list[str]:
@@ -258,7 +263,7 @@ class _Content:
         if self.summary is not None:
             yield outputs_table(self.summary, self.study.specification)
             yield budget_table(self.summary)
-        yield statuses_table(count_statuses(self.samples, **self.drawn, **self.level))
+        yield statuses_table(self.statuses)
         if (stackup := self._table("stackup.csv")) is not None:
             yield stackup_table(stackup)
             yield accelerated_table(stackup)

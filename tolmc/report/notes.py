@@ -77,8 +77,8 @@ def of_looks(looks: Looks, stopped_at: int | None) -> str:
 def of_contact(shares: pd.DataFrame, *, is_watched: bool, on_contact_loss: str) -> list[str]:
     """How many samples lost contact, and how many failed."""
     lost = shares.loc[CONTACT_LOSS]
-    value, interval = typeset.share(*(lost[f"share_least{end}"] for end in ("", "_low", "_high")))
-    seen = f"Contact: the journal left the wall in {lost['out']:,.0f} samples, {value} ({interval})"
+    value, interval = phrases.share_between(lost)
+    seen = f"Contact: the journal left the wall in {lost['out']:,.0f} of {phrases.computed(lost)}, {value} ({interval})"
     seen += f"; {phrases.AFTER_LOSS[on_contact_loss]}." if lost["out"] else "."
     failed = (
         f"Failed samples: {lost['unknown']:,.0f} have no numbers. Yields count them as out, and the intervals reach to where "
@@ -98,7 +98,7 @@ def of_integration(plan: Mapping, summary: pd.DataFrame) -> str:
     errors = summary.loc[summary.index.isin(quantities.CHECKS) & (summary["used"] > 0), "max"]
     if len(errors):
         found = phrases.joined(f"{phrases.phrase(name)} {typeset.number(value, 2)}" for name, value in errors.items())
-        sentences.append(f"Largest relative error of the invariants over all samples: {found}.")
+        sentences.append(f"Largest relative error of the invariants over the samples that could be computed: {found}.")
     return " ".join(sentences)
 
 

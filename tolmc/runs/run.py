@@ -40,7 +40,7 @@ from tolmc.simulation.judge import STATUSES
 from tolmc.simulation.plan import Plan
 from tolmc.simulation.trajectory import Trajectory
 from tolmc.statistics.columns import Columns
-from tolmc.statistics.outcomes import ANY_REQUIREMENT, out_of_specification
+from tolmc.statistics.outcomes import ANY_REQUIREMENT, computed_share, out_of_specification
 from tolmc.statistics.section_effect import section_differences, section_of_requirements
 from tolmc.statistics.summary import count_statuses, summarise, summarise_requirements
 from tolmc.study.file import load_study
@@ -98,6 +98,11 @@ class StudyResult(Shown):
     @cached_property
     def samples(self) -> pd.DataFrame:
         return self.read().to_pandas()
+
+    @property
+    def computed_share(self) -> float:
+        """Share of the samples that could be computed: ok, or contact lost at a known instant."""
+        return computed_share(self.statuses)
 
     def __repr__(self) -> str:
         found = self.requirements.loc[ANY_REQUIREMENT] if self.study.specification else None

@@ -17,6 +17,8 @@ from tolmc import quantities
 CONTACT_LOST = "contact lost"
 #: Of samples with valid numbers; any other status is a failure.
 _VALID = ("ok", CONTACT_LOST)
+#: Share of the samples that must be computed (ok, or contact lost at a known instant) for a run to stand for the parts.
+ENOUGH_COMPUTED = 0.9
 ANY_REQUIREMENT = "any requirement"
 ALL_REQUIREMENTS = "all requirements"
 CONTACT_LOSS = "contact loss"
@@ -48,6 +50,16 @@ def contact_lost(samples: pd.DataFrame) -> np.ndarray:
     if "contact_loss_time" in samples:
         lost |= samples["contact_loss_time"].notna().to_numpy() & ~failed(samples)
     return lost
+
+
+def computed_share(statuses: pd.DataFrame) -> float:
+    """Share of the samples that could be computed, from :func:`tolmc.statistics.summary.count_statuses`."""
+    return float(statuses["count"].reindex(list(_VALID)).sum() / statuses["count"].sum())
+
+
+def of_unknown(statuses: pd.DataFrame) -> pd.Series:
+    """How many samples each status has that leaves them without numbers."""
+    return statuses["count"].drop(index=list(_VALID), errors="ignore")
 
 
 def without_value(

@@ -12,7 +12,7 @@ from tolmc import quantities
 from tolmc.statistics.summary import error_budget
 from tolmc.tables.table import Cell, Column, Estimated, Number, Share, Table, cells, plain, typeset
 from tolmc.text.numbers import without_rounding_errors
-from tolmc.text.phrases import STATISTICS, unit
+from tolmc.text.phrases import STATISTICS, computed, unit
 
 #: What the table of outputs has room for, and the digits of each on a terminal.
 _SHOWN = {"mean": 5, "sd": 4, "q0.135": 5, "q50": 5, "q99.865": 5}
@@ -30,6 +30,9 @@ def outputs_table(summary: pd.DataFrame, foremost: Iterable[str] = ()) -> Table:
     summary = summary.loc[[*dict.fromkeys(name for name in (*foremost, *summary.index) if name in summary.index)]]
     shown = summary[(summary["used"] > 0) & ~summary.index.isin(quantities.CHECKS)]
     shown = without_rounding_errors(shown, [f"{key}{end}" for key in _SHOWN for end in ("", "_low", "_high")])
+    counted = {"samples": summary["samples"].max(), "unknown": summary["failed"].max()}
+    seen = computed(counted)
+    of = f" of {seen}" if counted["unknown"] else ""
     rows = [
         cells(
             Cell(quantities.label(name), unit(name)),
@@ -41,8 +44,8 @@ def outputs_table(summary: pd.DataFrame, foremost: Iterable[str] = ()) -> Table:
         "outputs",
         ("Output", *(STATISTICS[key] for key in _SHOWN)),
         tuple(rows),
-        title="Outputs with 95 % intervals (±, where it reaches the digits shown)",
-        caption="What the outputs do over all samples, each estimate with its 95 % interval (±: half its width, where that is "
+        title=f"Outputs{of} with 95 % intervals (±, where it reaches the digits shown)",
+        caption=f"What the outputs do over {seen}, each estimate with its 95 % interval (±: half its width, where that is "
         "below the digits shown). 0.135 % and 99.865 % are the quantiles between which 99.73 % of the parts lie.",
         frame=_in_shown_units(summary),
     )

@@ -17,14 +17,15 @@ from tolmc.study.study import Study
 from tolmc.tables.outputs import budget_table, outputs_table, statuses_table
 from tolmc.tables.requirements import shares_table
 from tolmc.tables.table import Note, Table
-from tolmc.text.phrases import cut_short, judged
+from tolmc.text.phrases import cut_short, judged, too_few_computed
 
 
 def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
     """Title, tables and what a reader of them must know, in this order."""
     study = result.study
-    yield _title(result)
-    yield outputs_table(result.summary, study.specification)
+    yield from _first(result)
+    if outputs := outputs_table(result.summary, study.specification):
+        yield outputs
     yield shares_table(result.requirements)
     yield from _verdict(study, result.requirements)
     yield from _contact_notes(result)
@@ -44,17 +45,21 @@ def brief_blocks(result: StudyResult) -> Iterator[Table | Note]:
     """The title, the outputs that have limits (all, where none has), and the requirements."""
     study = result.study
     limited = [name for name in study.specification if name in result.summary.index]
-    yield _title(result)
-    yield outputs_table(result.summary.loc[limited or list(result.summary.index)])
+    yield from _first(result)
+    if outputs := outputs_table(result.summary.loc[limited or list(result.summary.index)]):
+        yield outputs
     yield shares_table(result.requirements)
     yield from _verdict(study, result.requirements)
     yield from _contact_notes(result)
 
 
-def _title(result: StudyResult) -> Note:
+def _first(result: StudyResult) -> Iterator[Note]:
+    """Whether too few samples could be computed; the title."""
+    if warning := too_few_computed(result.statuses):
+        yield Note(warning, strong=warning.partition(",")[0].partition(" (")[0], is_apart=True)
     study = result.study
     title = " ".join(study.title.split())
-    return Note(
+    yield Note(
         f"{title}: {study.samples:,} samples, {study.sampling.replace('_', ' ')}, seed {study.seed} ({result.elapsed:.1f} s)",
         strong=title,
         is_apart=True,
@@ -80,7 +85,7 @@ def _verdict(study: Study, requirements: pd.DataFrame) -> Iterator[Note]:
 def _contact_notes(result: StudyResult) -> Iterator[Note]:
     lost = result.requirements.loc[CONTACT_LOSS]
     if lost["out"] and result.study.on_contact_loss == "stop":
-        yield Note(cut_short(lost["share_least"]))
+        yield Note(cut_short(lost["share_least"], lost["unknown"]))
     if result.study.specification and result.requirements.at[ANY_REQUIREMENT, "unknown"]:
         yield Note(
             "What is not known to keep its limits (motion not computed, or contact lost before) is counted both ways."

@@ -5,10 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
+import pandas as pd
+
 from tolmc import quantities
 from tolmc.statistics.intervals import Estimate
-from tolmc.statistics.outcomes import ALL_REQUIREMENTS, ANY_REQUIREMENT, CONTACT_LOSS
-from tolmc.text import plain
+from tolmc.statistics.outcomes import (
+    ALL_REQUIREMENTS,
+    ANY_REQUIREMENT,
+    CONTACT_LOSS,
+    ENOUGH_COMPUTED,
+    computed_share,
+    of_unknown,
+)
+from tolmc.text import plain, typeset
 from tolmc.text.typeset import number
 from tolmc.tolerances.dimension import Dimension
 from tolmc.tolerances.distributions import Beta, Measured, Normal, Scipy, Triangular
@@ -109,9 +118,41 @@ def distribution(dimension: Dimension) -> str:
     return type(follows).__name__.lower()
 
 
-def cut_short(share: float) -> str:
-    """What it means for the outputs that a share of the samples lost contact."""
-    return f"In {plain.share(share)[0]} of the samples contact is lost: outputs of the motion hold up to that instant."
+def cut_short(share: float, unknown: float = 0) -> str:
+    """What it means for the outputs that a share of the samples lost contact; of ``unknown`` ones nobody knows."""
+    beside = f" ({unknown:,.0f} more are unknown)" if unknown else ""
+    return f"In {plain.share(share)[0]} of the samples{beside} contact is lost: outputs of the motion hold up to that instant."
+
+
+def computed(counted: Mapping[str, float]) -> str:
+    """The samples that could be computed, from their numbers ``samples`` and ``unknown``, within a sentence."""
+    known = counted["samples"] - counted["unknown"]
+    return f"the {known:,.0f} samples that could be computed" if counted["unknown"] else "all samples"
+
+
+def share_between(counted: Mapping[str, float]) -> tuple[str, str]:
+    """The share of an event with its interval; where samples are unknown, both counted both ways."""
+    least = typeset.share(*(counted[f"share_least{end}"] for end in ("", "_low", "_high")))
+    if not counted["unknown"]:
+        return least
+    ends = (typeset.share_of(counted[key], 1.0) for key in ("share_least", "share_most"))
+    bounds = (typeset.share_of(counted[key], 1.0) for key in ("share_least_low", "share_most_high"))
+    return " to ".join(ends), f"{' to '.join(bounds)}, the unknown counted both ways"
+
+
+def too_few_computed(statuses: pd.DataFrame) -> str:
+    """What stands first where too few samples could be computed for statistics of the parts; empty elsewhere."""
+    if computed_share(statuses) >= ENOUGH_COMPUTED:
+        return ""
+    total, unknown = int(statuses["count"].sum()), of_unknown(statuses)
+    known = total - int(unknown.sum())
+    others = joined(f"{count:,} {status}" for status, count in unknown.items())
+    if not known:
+        return f"None of the {total:,} samples could be computed ({others}): nothing is known of the parts."
+    return (
+        f"Only {typeset.share_of(known, total)} of the samples could be computed, {known:,} of {total:,} ({others}): "
+        "statistics are of the samples that could be computed, shares count the others both ways."
+    )
 
 
 def joined(parts: Iterable[str], last: str = "and") -> str:
