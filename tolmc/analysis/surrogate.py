@@ -118,7 +118,8 @@ class Surrogate:
         return tuple(name for name, (low, high) in self.box.items() if high > low)
 
     @cached_property
-    def _steps(self):
+    def steps(self) -> list[tuple[int, int, int]]:
+        """For each term after the first the earlier term, the varied input and the power whose product it is."""
         return _recursion(self.exponents)
 
     def __call__(self, inputs: pd.DataFrame) -> pd.DataFrame:
@@ -128,7 +129,7 @@ class Surrogate:
         values = np.empty((len(inputs), len(self.outputs)))
         for start in range(0, len(inputs), CHUNK):
             rows = slice(start, start + CHUNK)
-            values[rows] = _basis(x[:, rows], self.exponents, self._steps).T @ self.coefficients
+            values[rows] = _basis(x[:, rows], self.exponents, self.steps).T @ self.coefficients
         return pd.DataFrame(values, columns=list(self.outputs), index=inputs.index)
 
     def describe(self) -> pd.DataFrame:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from tolmc.allocation.explored import explore
 from tolmc.allocation.next_change import next_changes
 from tolmc.analysis.four_answers import Answers, four_answers
 from tolmc.analysis.surrogate import MotionsFailed
@@ -33,10 +34,13 @@ def write_answers(directory: str | Path) -> Answers:
     if not opened.is_complete or not summary.exists():
         raise InputError(f"{directory}: the run is not finished. Finish it with: tolmc run --resume {directory}")
     requirements = pd.read_csv(opened.path / "requirements.csv").set_index("requirement")
-    answers = four_answers(opened.study(), pd.read_csv(summary).set_index("output"), requirements)
+    statistics = pd.read_csv(summary).set_index("output")
+    study = opened.study()
+    answers = four_answers(study, statistics, requirements)
     for name, table in answers.files().items():
         opened.write_text(name, table.to_csv(index=table.index.names != [None]))
-    study = opened.study()
+    if answers.stackup is not None:
+        opened.write_text("surrogate.json", explore(study, statistics).json())
     target = study.target or TARGET_YIELD
     (opened.path / "next_changes.csv").unlink(missing_ok=True)  # of a shorter run
     asks = study.specification and study.formulation == "slope"

@@ -11,12 +11,14 @@ from pathlib import Path
 import pandas as pd
 
 from tolmc import quantities, units
+from tolmc.allocation.explored import Explored
 from tolmc.analysis.failure_sources import failure_sources
 from tolmc.analysis.from_samples import first_order, rank_correlation
 from tolmc.errors import InputError
 from tolmc.report import notes
 from tolmc.report.answer import Answer, answer, question
 from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
+from tolmc.report.explorer.content import explorer_content, parts_of
 from tolmc.runs.directory import RunDirectory
 from tolmc.runs.exact_subset import EXACT_SECTION
 from tolmc.runs.record import RunDirectoryError
@@ -77,6 +79,7 @@ def report_content(run: RunDirectory) -> dict:
         "question": question(study),
         "answer": content.answer(),
         "tables": content.tables(),
+        "explorer": content.explorer(sum(len(picture) for _, picture in pictures.values())),
         "relations": notes.relations(study),
         "curves": content.curves(),
         "width": WIDTH,
@@ -283,6 +286,24 @@ class _Content:
     def curves(self) -> list[list[Panel]]:
         curves = self._table("one_at_a_time.csv")
         return [] if curves is None else panels(self._as_shown(curves), self.foremost, self.study.specification)
+
+    def explorer(self, pictures: int) -> dict | None:
+        """For the part that answers what other tolerances would do, beside pictures of so many bytes.
+
+        None where the run has no polynomials for it.
+        """
+        path = self.run.path / "surrogate.json"
+        if self.summary is None or not path.exists():
+            return None
+        try:
+            explored = Explored.of_json(path.read_text(encoding="utf-8"))
+        except (ValueError, KeyError, TypeError) as error:
+            raise RunDirectoryError(
+                f"{path} is damaged: {error}. Delete it to leave it out of the report, or make the report anew with: "
+                f"tolmc report {self.run.path}"
+            ) from None
+        samples = self.run.read(columns=self.inputs, rows=parts_of(self.study, pictures)).to_pandas()
+        return explorer_content(self.study, explored, samples, self.summary, self.target)
 
     def _table(self, name: str) -> pd.DataFrame | None:
         path = self.run.path / name

@@ -6,8 +6,8 @@
 
 It is made from what the run directory holds: no motion is computed for it. Beside samples, summary and pictures a run may
 leave there, for the report to show, ``stackup.csv`` (:func:`tolmc.analysis.side_by_side.side_by_side`),
-``one_at_a_time.csv`` and
-``sobol_indices.csv`` (the functions of that name in :mod:`tolmc.analysis`).
+``one_at_a_time.csv`` and ``sobol_indices.csv`` (the functions of that name in :mod:`tolmc.analysis`), and ``surrogate.json``
+(:mod:`tolmc.allocation.explored`), with which the HTML file answers what other tolerances would do.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(css=_css_string, symbols=_symbols, markdown=_markdown, fence=_fence)
+    environment.filters.update(css=_css_string, symbols=_symbols, markdown=_markdown, fence=_fence, raw=Markup)
     return environment
 
 
