@@ -1,4 +1,4 @@
-"""README's pictures of a report: figures/report.png, the page as it is read on paper, and figures/explorer.png, its sliders moved.
+"""README's pictures of a report: figures/report.png, the page as on paper, and figures/explorer.png, its sliders moved.
 
     tolmc run studies/paper_joint.toml --out joint && tolmc report joint
     tolmc run studies/paper_joint_allocation.toml --out offers && tolmc report offers
@@ -33,8 +33,10 @@ def draw_explorer(browser: Browser, run: Path) -> None:
     field.blur()
     page.wait_for_timeout(1000)  # the cost is drawn when nothing moves
     page.evaluate("scrollTo(0, 0)")
-    box = page.locator("#explorer").bounding_box() or sys.exit(f"{run} has no explorer; make it with tolmc report {run}")
-    clip = {"x": 0, "y": box["y"] + 10, "width": WIDTH, "height": box["height"] + 20}
+    box = page.locator("#explorer").bounding_box() or sys.exit(
+        f"{run} has no explorer; make it with tolmc report {run}"
+    )
+    clip = {"x": 0, "y": box["y"] - 10, "width": WIDTH, "height": box["height"] + 20}
     page.screenshot(path=FIGURES / "explorer.png", clip=clip, full_page=True)
 
 
