@@ -103,3 +103,28 @@ def test_no_sentence_claims_anything_of_samples_that_are_unknown(unknown, lost):
         assert f"({unknown} more are unknown)" in phrases.cut_short(0.1, unknown)
     else:
         assert "could be computed" not in text
+
+
+#: A bucket that hangs off its worn pin: chaotic long before its two seconds are over.
+BUCKET = (
+    ('{ nominal = "20 mm", tolerance = "0.05 mm" }', '{ nominal = "30.9 mm", tolerance = "0.4 mm" }'),
+    ('{ nominal = "10 mm", tolerance = ["-0.03 mm", "0 mm"] }', '{ diameter = "60 f7" }'),
+    ('{ nominal = "20 mm", tolerance = "0.1 mm", distribution = "uniform" }', '{ nominal = "40 mm" }'),
+    ('"0.5 kg"', '"800 kg"'), ('["0 mm", "0 mm", "4 mm"]', '["500 mm", "0 mm", "30 mm"]'),
+    ("inertia = [4.08e-4, 4.08e-4, 1.2e-4]", "centroidal_inertia = [120, 120, 100]"),
+    ('"-110 deg"', '"-90 deg"'), ('"-50 deg"', '"-90 deg"'), ('alpha_rate = "2 rad/s"\nbeta_rate = "-3 rad/s"', ""),
+    ('"80 rad/s"', '"0 rad/s"\nspin = "-60 deg"'), ('"0.1 s"', '"2 s"'),
+)  # fmt: skip
+
+
+@pytest.mark.slow
+def test_why_no_step_serves_is_said_on_the_terminal_in_the_record_and_in_the_report(tmp_path):
+    out = tmp_path / "run"
+    ended = CliRunner().invoke(cli.main, ["run", str(write(tmp_path, *BUCKET)), "--samples", "64", "--out", str(out)])
+    assert ended.exit_code == 4 and ended.stdout.strip().startswith("None of the 64 samples could be computed")
+    said = json.loads((out / "run.json").read_text(encoding="utf-8"))["pilot"]
+    assert said.startswith("The motions become chaotic after t = 0.") and "judged one by one" in said
+    assert f"Step: {said}" in ended.stdout
+    assert CliRunner().invoke(cli.main, ["report", str(out)]).exit_code == 4
+    page = (out / "report.md").read_text(encoding="utf-8")
+    assert said in page.replace("\\", "")  # without the signs that escape Markdown's

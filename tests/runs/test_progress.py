@@ -1,6 +1,9 @@
 import sys
+import time
 from io import StringIO
 
+import numba
+import numpy as np
 import pyarrow as pa
 import pytest
 
@@ -62,3 +65,63 @@ def test_an_error_ends_the_bar(monkeypatch):
     with pytest.raises(ArithmeticError), progress.progress("A study", 30) as counted:
         for _ in counted(tables(3)):
             raise ArithmeticError
+
+
+@pytest.mark.parametrize("on_terminal", [True, False])
+def test_work_without_a_count_says_what_it_does(monkeypatch, on_terminal):
+    shown = terminal(monkeypatch) if on_terminal else StringIO()
+    monkeypatch.setattr(sys, "stderr", shown)
+    monkeypatch.setattr(progress, "_LONG", 0.0)
+    monkeypatch.setattr(progress, "_SELDOM", 0.05)
+    with progress.progress("A study: choosing the step"):
+        time.sleep(0.4)
+    assert "A study: choosing the step" in shown.getvalue()
+    if not on_terminal:  # after 0.05 s, then after 0.1 and 0.2 s more
+        assert 1 <= len(shown.getvalue().splitlines()) <= 3
+
+
+def test_outside_a_terminal_long_work_says_how_far_it_is(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", StringIO())
+    monkeypatch.setattr(progress, "_SELDOM", 0.05)
+    with progress.progress("A study", 30) as counted:
+        for _ in counted(tables(2)):
+            time.sleep(0.1)
+    assert "A study, 10 of 30 samples, " in sys.stderr.getvalue()
+
+
+@pytest.mark.parametrize("on_terminal", [True, False])
+@pytest.mark.parametrize(("module", "said"), [("tolmc.kernels.engine", "15 s"), ("tolmc.kernels.one_sided.engine", "a minute"),
+                                              ("elsewhere", None)])  # fmt: skip
+def test_compiling_is_said_where_the_cache_has_no_kernel(monkeypatch, on_terminal, module, said):
+    shown = terminal(monkeypatch) if on_terminal else StringIO()
+    monkeypatch.setattr(sys, "stderr", shown)
+    monkeypatch.setattr(progress, "_LONG", 0.0)
+    monkeypatch.setattr(progress, "_SELDOM", 0.05)
+    function = numba.njit(slow_to_compile)
+    function.py_func.__module__ = module
+    with progress.progress("A study"):
+        function(1.0)
+    words = f"compiling kernels, once, about {said}"
+    assert (words in shown.getvalue()) if said else ("compiling" not in shown.getvalue())
+    before = shown.getvalue().count("compiling")
+    with progress.progress("A study"):
+        function(1.0)
+    assert shown.getvalue().count("compiling") == before
+
+
+def slow_to_compile(x):
+    total = x
+    for i in range(10):
+        total += np.linalg.norm(np.full((3, 3), total * i)) + np.sort(np.full(4, total)).sum()
+    return total
+
+
+@pytest.mark.parametrize("stream", [None, "closed"])
+def test_standard_error_that_is_gone_costs_nothing(monkeypatch, stream):
+    gone = None if stream is None else StringIO()
+    if gone is not None:
+        gone.close()
+    monkeypatch.setattr(sys, "stderr", gone)
+    monkeypatch.setattr(progress, "_SELDOM", 0.01)
+    with progress.progress("A study"):
+        time.sleep(0.1)

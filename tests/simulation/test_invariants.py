@@ -1,5 +1,6 @@
 """What watches a sample: invariants as columns, statistics that must not contradict each other, a pilot that gives up."""
 
+import time
 import warnings
 from dataclasses import replace
 
@@ -12,6 +13,7 @@ from tolmc import Body, Joint, Loads, Motion, Scene, simulate, simulate_many
 from tolmc.simulation import pilot
 from tolmc.simulation.integration import integrate
 from tolmc.simulation.pilot import plan_integration
+from tolmc.simulation.plan import step_seconds
 
 UPRIGHT = Scene(PAPER_JOINT, CYLINDER, Loads((0, 0, -9.81)), START, 0.2)
 EXACT = replace(UPRIGHT, joint=replace(PAPER_JOINT, section="exact"))
@@ -139,13 +141,34 @@ def test_a_pilot_has_a_bound(monkeypatch):
     taken = []
 
     def counted(raw, plan, *settings):
-        taken.append(plan.steps * raw.shape[1])
+        taken.append(plan.steps)
         return integrate(raw, plan, *settings)
 
     monkeypatch.setattr(pilot, "integrate", counted)
-    monkeypatch.setattr(pilot, "_LANE_STEPS", 2_000)
+    monkeypatch.setattr(pilot, "_SECONDS", 0.02)
     plan = plan_integration(scene, on_contact_loss="continue")
-    assert plan.unresolved == 1
-    assert plan.halving
-    assert sum(taken) <= 2_000
-    assert plan.steps in taken
+    assert plan.unresolved == 1 and plan.bounded and plan.halving
+    assert sum(taken) * 32 * step_seconds(plan.features) <= 0.02
+    assert plan.steps not in taken  # what the order of the method makes of the last error
+    assert "ended at its bound" in plan.unresolved_words()
+    # A tenth of a long run is more.
+    longer = plan_integration(scene, on_contact_loss="continue", samples=100_000)
+    assert not longer.bounded and longer.unresolved == 0 and longer.steps == plan.steps
+
+
+def test_where_motions_become_chaotic_the_pilot_says_when_and_what_to_do():
+    """An excavator's bucket on its worn pin: all steps, however short, give other motions long before its two seconds."""
+    body = Body.from_centroidal(800.0, (0.5, 0.0, 0.03), (120.0, 120.0, 100.0))
+    scene = Scene(
+        Joint(0.0309, 0.02997, 0.04), body, Loads((0, -9.81, 0)), Motion(-1.571, -1.571, 0, 0, -1.047, 0.0), 2.0
+    )
+    began = time.process_time()
+    plan = plan_integration(scene, {"bearing_radius": (0.0305, 0.0315)}, samples=1000)
+    assert time.process_time() - began < 30.0  # two seconds, and compilation
+    assert plan.unresolved == 3 and not plan.bounded
+    assert 0.1 < plan.agrees_until < 1.0
+    words = plan.unresolved_words()
+    assert f"chaotic after t = {plan.agrees_until:.2g} s" in words and f"fixed at {plan.steps:,}" in words
+    assert "judged one by one" in words and "Shorten [motion] duration" in words
+    until = replace(scene, duration=0.8 * plan.agrees_until)
+    assert plan_integration(until, {"bearing_radius": (0.0305, 0.0315)}).unresolved == 0

@@ -13,6 +13,7 @@ from tolmc.analysis.surrogate import MotionsFailed
 from tolmc.commands.written import written
 from tolmc.errors import InputError
 from tolmc.runs import directory as run_directory
+from tolmc.runs.progress import progress
 from tolmc.statistics.outcomes import ANY_REQUIREMENT
 from tolmc.study.sections import TARGET_YIELD
 from tolmc.study.study import Study
@@ -36,16 +37,20 @@ def write_answers(directory: str | Path) -> Answers:
     requirements = pd.read_csv(opened.path / "requirements.csv").set_index("requirement")
     statistics = pd.read_csv(summary).set_index("output")
     study = opened.study()
-    answers = four_answers(study, statistics, requirements)
+    with progress(f"{study.title}: answers"):
+        answers = four_answers(study, statistics, requirements)
     for name, table in answers.files().items():
         opened.write_text(name, table.to_csv(index=table.index.names != [None]))
     if answers.stackup is not None:
-        opened.write_text("surrogate.json", explore(study, statistics).json())
+        with progress(f"{study.title}: surrogates"):
+            opened.write_text("surrogate.json", explore(study, statistics).json())
     target = study.target or TARGET_YIELD
     (opened.path / "next_changes.csv").unlink(missing_ok=True)  # of a shorter run
     asks = study.specification and study.formulation == "slope"
     if asks and 1.0 - requirements.at[ANY_REQUIREMENT, "share_most_high"] < target:
-        opened.write_text("next_changes.csv", _next_changes(study, target).to_csv(index=False))
+        with progress(f"{study.title}: what to change next"):
+            changes = _next_changes(study, target)
+        opened.write_text("next_changes.csv", changes.to_csv(index=False))
     return answers
 
 

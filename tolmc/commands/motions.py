@@ -7,6 +7,7 @@ from pathlib import Path
 from tolmc.commands.written import written
 from tolmc.pictures import plots
 from tolmc.runs.nominal import study_motion
+from tolmc.runs.progress import progress
 from tolmc.study.file import load_study
 from tolmc.tables.motion import motion_blocks, sample_table
 from tolmc.terminal.grid import show
@@ -15,7 +16,8 @@ from tolmc.terminal.grid import show
 def simulate_study(path: Path, *, out: Path | None) -> None:
     """Integrate the nominal motion of a study file."""
     study = load_study(path)
-    trajectory = study_motion(study)
+    with progress(f"{study.title}: motion"):
+        trajectory = study_motion(study)
     title = f"{study.title}: nominal motion"
     out = out or Path(f"{study.name}.png")
     plots.save(plots.draw_trajectory(trajectory, study.scene, title=title), out)
@@ -27,7 +29,8 @@ def replay_sample(directory: Path, sample: int, *, out: Path | None) -> None:
     """Integrate a sample of the run in ``directory`` again."""
     from tolmc.runs.run import replay  # loads what a run needs, which the nominal motion does without
 
-    study, scene, trajectory, row = replay(directory, sample)
+    with progress(f"Sample {sample}"):
+        study, scene, trajectory, row = replay(directory, sample)
     title = f"{study.title}: sample {sample}"
     out = out or directory / f"sample_{sample}.png"
     plots.save(plots.draw_trajectory(trajectory, scene, title=title), out)

@@ -238,7 +238,9 @@ class _Content:
         if self.looks is not None:
             sentences.append(notes.of_looks(self.looks, self.run.record.get("stopped_at")))
         if self.summary is not None:
-            sentences.append(notes.of_integration(self.run.record["plan"], self.summary))
+            sentences.append(
+                notes.of_integration(self.run.record["plan"], self.summary, self.run.record.get("pilot", ""))
+            )
         of_contact = notes.of_contact(
             self.shares, is_watched=self.watches_contact, on_contact_loss=self.study.on_contact_loss
         )

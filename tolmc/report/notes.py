@@ -87,13 +87,17 @@ def of_contact(shares: pd.DataFrame, *, is_watched: bool, on_contact_loss: str) 
     return ([seen] if is_watched else []) + [failed if lost["unknown"] else "Failed samples: none."]
 
 
-def of_integration(plan: Mapping, summary: pd.DataFrame) -> str:
-    """How the motions were integrated, and how large the error of that is against the sampling error."""
+def of_integration(plan: Mapping, summary: pd.DataFrame, pilot: str = "") -> str:
+    """How the motions were integrated, and how large the error of that is against the sampling error.
+
+    ``pilot`` is what the choice of the step has left to say.
+    """
     if set(summary.index) <= set(quantities.GEOMETRY):
         return "Integration: none; the outputs follow from the dimensions alone."
     sentences = [
         f"Integration: {plan['steps']:,} steps of {plan['method']} ({plan['formulation']} form) for each motion.",
         _pilot(plan, error_budget(summary)["ratio"]),
+        *([pilot] if pilot else []),
     ]
     errors = summary.loc[summary.index.isin(quantities.CHECKS) & (summary["used"] > 0), "max"]
     if len(errors):

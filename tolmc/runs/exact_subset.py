@@ -9,7 +9,8 @@ from dataclasses import replace
 import pyarrow as pa
 
 from tolmc.runs.crew import Crew
-from tolmc.simulation.plan import Plan
+from tolmc.runs.progress import progress
+from tolmc.simulation.plan import Plan, step_seconds
 from tolmc.study.study import Study
 
 #: Where a run directory keeps them.
@@ -18,8 +19,8 @@ EXACT_SECTION = "exact_section.parquet"
 _MOST, _PART = 1024, 0.02
 # What a motion costs on the exact section, over one on the circle.
 _DEARER = 1.5
-# What they may cost whatever the run does: a fiftieth of the shortest run's half second; seconds a step of a motion.
-_SECONDS, _STEP = 0.01, {True: 0.8e-6, False: 0.2e-6}
+# What they may cost whatever the run does: a fiftieth of the shortest run's half second.
+_SECONDS = 0.01
 # Whole rounds of the scramblings, or groups of the jackknife.
 _ROUND = 16
 
@@ -33,7 +34,7 @@ def subset_size(study: Study, plan: Plan) -> int:
         return 0
     if plan.features.one_sided:  # chaotic motions, and a minute's compilation of the other section for them
         return 0
-    free = _SECONDS / (_DEARER * _STEP[plan.features.general] * plan.steps)
+    free = _SECONDS / (_DEARER * step_seconds(plan.features) * plan.steps)
     count = int(max(_PART / _DEARER * study.samples, free, _ROUND))
     return min(count, _MOST, study.samples) // _ROUND * _ROUND
 
@@ -52,8 +53,9 @@ def exact_subset(study: Study, plan: Plan, workforce: Crew, compute: Callable[..
     features = replace(plan.features, exact=True, axial=False)
     plan = replace(plan, features=features, halving=False)
     calls = ((exact, plan, start, min(_block(count), count - start)) for start in range(0, count, _block(count)))
-    with closing(workforce.map(compute, calls)) as computed:
-        return pa.concat_tables(list(computed)).unify_dictionaries()
+    title = f"{study.title}: exact section"
+    with progress(title, count) as counted, closing(workforce.map(compute, calls)) as computed:
+        return pa.concat_tables(list(counted(computed))).unify_dictionaries()
 
 
 def _block(count: int) -> int:

@@ -37,6 +37,7 @@ def study_plan(study: Study, worn: Mapping[str, tuple[float, float]] | None = No
             on_contact_loss=study.on_contact_loss,
             project_energy=study.project_energy,
             halving=study.halving,
+            samples=study.samples,
         )
     except ValueError as error:
         raise StudyError(f"{study.title}: {error}") from None

@@ -47,6 +47,9 @@ class _Plan(_Recorded):
     features: dict[str, bool] = Field(default_factory=dict)
     halving: bool = False
     unresolved: Annotated[int, Field(ge=0)] = 0
+    chaotic: Annotated[int, Field(ge=0)] = 0
+    bounded: bool = False
+    agrees_until: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
 
 
 _Count = Annotated[int, Field(ge=1, le=MAX_SAMPLES)]
@@ -61,6 +64,8 @@ class _Record(_Recorded):
     #: Of a sequential run: its largest number of samples, and the number at which it stopped once it did.
     most_samples: _Count | None = None
     stopped_at: _Count | None = None
+    #: What the choice of the step has left to say.
+    pilot: str = ""
     sampling: Literal[SAMPLINGS]
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     block: Annotated[int, Field(ge=1)]

@@ -146,7 +146,8 @@ def run(
         study = Study.from_dict(study)
     study = study if isinstance(study, Study) else load_study(study)
     study = study.replaced(samples=samples, seed=seed, workers=workers)
-    plan = study_plan(study)
+    with progress(f"{study.title}: choosing the step"):
+        plan = study_plan(study)
     with crew(study.workers, cluster) as workforce:
         block = _block_size(study.samples, workforce.size)
         if out is None:
@@ -277,7 +278,8 @@ def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began:
         sequential = sample_study(study, draw)
         study = study.replaced(samples=sequential.found.count)
     exact = exact_subset(study, plan, workforce, _block)
-    return _result(study, plan, _nominal_outputs(study, plan), sequential, kept, None, began, exact)
+    with progress(f"{study.title}: statistics"):
+        return _result(study, plan, _nominal_outputs(study, plan), sequential, kept, None, began, exact)
 
 
 def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, began: float) -> StudyResult:
@@ -290,14 +292,17 @@ def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew
             nominal = _nominal_outputs(study, plan)
             pictures.draw_samples(study, nominal)
             exact = exact_subset(study, plan, workforce, _block)
-            result = _result(study, plan, nominal, sequential, directory.read, directory.path, began, exact)
-            result = replace(result, notes=pictures.finish())
+            with progress(f"{study.title}: statistics"):
+                result = _result(study, plan, nominal, sequential, directory.read, directory.path, began, exact)
+            with progress(f"{study.title}: pictures"):
+                result = replace(result, notes=pictures.finish())
         if exact is not None:
             directory.write_file(EXACT_SECTION, partial(pq.write_table, exact))
         directory.write_text("summary.csv", result.summary.to_csv())
         directory.write_text("requirements.csv", result.requirements.to_csv())
-        stop = {} if sequential is None else {"stopped_at": sequential.found.count}
-        directory.finish(seconds=round(time.perf_counter() - began, 3), **stop)
+        stop: dict[str, Any] = {} if sequential is None else {"stopped_at": sequential.found.count}
+        said = {"pilot": words} if (words := plan.unresolved_words()) else {}
+        directory.finish(seconds=round(time.perf_counter() - began, 3), **stop, **said)
     except (OSError, KeyboardInterrupt, ClusterError) as error:
         error.add_note(f"Finished blocks are kept; go on with: tolmc run --resume {directory.path}")
         raise

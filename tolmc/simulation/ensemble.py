@@ -97,7 +97,7 @@ def simulate_many(
     after: dict[str, Any] = {"on_contact_loss": on_contact_loss, "project_energy": project_energy}
     plan = plan or plan_integration(
         scene, _bounds(inputs), step=step if integrates(names) else scene.duration, method=method, formulation=formulation,
-        accuracy=accuracy, outputs=names, halving=halving, **after,
+        accuracy=accuracy, outputs=names, halving=halving, samples=n, **after,
     )  # fmt: skip
     asked = names or scene_outputs(plan, project_energy)
     columns = integrate_columns(scene, inputs, n, plan=plan, outputs=asked, workers=int(workers), **after)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -16,7 +16,7 @@ from tolmc.mechanism.checks import choice, positive_number
 from tolmc.mechanism.scene import Scene
 from tolmc.quantities import ON_CONTACT_LOSS, SCALARS
 from tolmc.simulation.features import Features, features_of
-from tolmc.simulation.integration import integrate
+from tolmc.simulation.integration import WIDTH, integrate
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, one_sided_difference
 from tolmc.simulation.one_sided import has_room
 from tolmc.simulation.outputs import wants_forces, wants_pose
@@ -28,14 +28,19 @@ from tolmc.simulation.plan import (
     METHODS,
     Plan,
     step_count,
+    step_seconds,
 )
 
 _MOST_STEPS = 2_000_000
 _PATIENCE = 6  # halvings of the step without gain after which the pilot gives a motion up
 _FAR_FASTER = 64  # how much faster than the middle one a motion may be for the pilot to follow it
 _EXACT_BALANCE = 1e-12  # energy error of a motion whose steps cannot be shortened with any gain
-#: Steps of all its motions together that the pilot may take: a second for a symmetric body, two for any.
-_LANE_STEPS = 6_000_000
+_PATIENCE_AT_ROUNDING = 2  # the same patience with a motion whose energy error is there
+_IN_ORDER = 1e-2  # error below which it falls as the method's order says
+#: What the pilot may take of the run that it serves, and what in any case.
+_OF_RUN, _SECONDS = 0.1, 2.0
+# Shares of the duration at which chaotic motions are asked whether they still agree.
+_SHARES = 2.0 ** np.arange(-8.0, 0.0, 0.5)
 _PILOT_SHARE = 0.3  # the pilot aims below the stated accuracy, for samples between its corners
 
 
@@ -55,31 +60,55 @@ def _first_guess(raw: np.ndarray, duration: float) -> np.ndarray:
     return np.ceil(np.clip(steps, 4.0, _MOST_STEPS // 4))
 
 
-def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy) -> Plan:
+@dataclass
+class _Bound:
+    """What a pilot may take: a tenth of the run of so many ``samples`` that it serves, or two seconds, whichever is more."""
+
+    samples: int
+    spent: float = 0.0
+
+    def take(self, plan: Plan, motions: int) -> None:
+        """Count what ``motions`` cost by the plan."""
+        self.spent += _work(plan, motions)
+
+    def allows(self, plan: Plan, motions: int) -> bool:
+        """Whether ``motions`` may be run once more, with four times the steps of a plan that the samples would then keep."""
+        run = self.samples * plan.steps * step_seconds(plan.features)
+        spent = self.spent + 4 * _work(plan, motions)
+        return 4 * plan.steps <= _MOST_STEPS and spent <= max(_SECONDS, _OF_RUN * run)
+
+
+def _work(plan: Plan, motions: int) -> float:
+    """What motions cost, s: they run in whole calls of the kernels' lanes."""
+    return plan.steps * -(-motions // WIDTH) * WIDTH * step_seconds(plan.features)
+
+
+def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy, bound: _Bound) -> Plan:
     """``draft`` with the fewest steps with which every column of ``raw`` meets its accuracy by step halving.
 
     A column whose error falls no further however short the step, or whose motion is far faster than the others' (a clearance
     of a few roundings, say), is set aside and counted as unresolved; so is what has not met the accuracy when the pilot has
-    spent its lane-steps. Nothing is begun again without it: the steps are those with which the last of the others met it, or,
-    where none did, those with which most came nearest.
+    reached its ``bound``. Nothing is begun again without it: the steps are those with which the last of the others met it, or,
+    where none did, those with which most came nearest; or, at the bound, what the order of the method makes of the errors.
     """
     target = _PILOT_SHARE * draft.accuracy
     order = TABLEAUX[draft.method].order
 
-    def results(steps):
-        inside = np.ascontiguousarray(raw[:, left])
-        return integrate(inside, replace(draft, steps=steps), forces, duration, on_contact_loss, project_energy)
+    def results(steps: int, columns: np.ndarray, share: float = 1.0) -> np.ndarray:
+        plan = replace(draft, steps=steps)
+        bound.take(plan, len(columns))
+        inside = np.ascontiguousarray(raw[:, columns])
+        return integrate(inside, plan, forces, share * duration, on_contact_loss, project_energy)
 
     guesses = _first_guess(raw, duration)
     left = np.flatnonzero(guesses <= _FAR_FASTER * np.median(guesses))
-    steps, spent = int(guesses[left].max()), 0
-    met, met_error = np.zeros(raw.shape[1], int), np.full(raw.shape[1], np.inf)
-    nearest, best_steps = np.inf, steps
+    steps, count = int(guesses[left].max()), raw.shape[1]
+    met, met_error, is_chaotic = np.zeros(count, int), np.full(count, np.inf), np.zeros(count, bool)
+    nearest, best_steps, ended, asked = np.inf, steps, False, 0
     stalled, best = np.zeros(len(left), int), np.full(len(left), np.inf)
-    coarse = results(steps)
+    coarse = results(steps, left)
     while True:
-        fine = results(2 * steps)
-        spent += 3 * steps * len(left)
+        fine = results(2 * steps, left)
         errors = difference(coarse, fine, raw[P.RADIUS, left], draft, forces)
         good = errors <= target
         first = good & (met[left] == 0)
@@ -91,28 +120,58 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy) 
             break
         stalled = np.where(good | (errors < 0.5 * best), 0, stalled + 1)
         best = np.minimum(best, errors)
-        exhausted = 2 * steps >= _MOST_STEPS or spent + 6 * steps * len(left) > _LANE_STEPS
-        kept = good if exhausted else stalled <= _PATIENCE
+        exact = coarse[R.ENERGY_ERROR] <= _EXACT_BALANCE
+        hopeless = stalled > np.where(exact, _PATIENCE_AT_ROUNDING, _PATIENCE)
+        ended = not bound.allows(replace(draft, steps=steps), len(left))
+        is_chaotic[left] = exact & ((stalled > 0) if ended else hopeless)
+        if ended:
+            slower = errors[~good & ~is_chaotic[left] & (errors < _IN_ORDER)]
+            asked = _by_order(steps, slower.max(initial=0.0), target, order)
+        kept = good if ended else ~hopeless
         left, errors, stalled, best = left[kept], errors[kept], stalled[kept], best[kept]
         if not len(left) or (errors <= target).all():
             break
         coarse, fine = coarse[:, kept], fine[:, kept]
-        error = float(errors.max())
-        if error < 1e-2:
-            # Within the range where the order holds, go straight to the number of steps that it asks for.
-            wanted = math.ceil(1.05 * steps * (error / target) ** (1 / order))
-            if wanted < 2 * steps:
-                steps = max(wanted, steps + 1)
-                coarse = results(steps)
-                continue
+        # Within the range where the order holds, go straight to the number of steps that it asks for.
+        wanted = _by_order(steps, float(errors.max()), target, order) if errors.max() < _IN_ORDER else 2 * steps
+        if wanted < 2 * steps:
+            steps = max(wanted, steps + 1)
+            coarse = results(steps, left)
+            continue
         steps, coarse = 2 * steps, fine
-    unresolved = raw.shape[1] - len(left)
+    found = replace(
+        draft,
+        unresolved=count - len(left),
+        bounded=ended and len(left) + int(is_chaotic.sum()) < count,
+        agrees_until=_agreement(results, raw, draft, forces, duration, np.flatnonzero(is_chaotic), steps // 4),
+    )
     if not len(left):
-        return replace(draft, steps=best_steps, pilot_error=nearest, unresolved=unresolved)
-    return replace(draft, steps=int(met[left].max()), pilot_error=float(met_error[left].max()), unresolved=unresolved)
+        return replace(found, steps=max(best_steps, asked), pilot_error=nearest)
+    return replace(found, steps=max(int(met[left].max()), asked), pilot_error=float(met_error[left].max()))
 
 
-def _pilot_one_sided(raw, draft: Plan, forces, duration) -> Plan:
+def _by_order(steps: int, error: float, target: float, order: int) -> int:
+    """The steps with which an error that falls as the method's order says meets the target."""
+    return min(math.ceil(1.05 * steps * (error / target) ** (1 / order)), _MOST_STEPS)
+
+
+def _agreement(
+    results: Callable[..., np.ndarray], raw, draft: Plan, forces, duration: float, columns: np.ndarray, steps: int
+) -> float:
+    """Until when (s) the motions of these columns agree with twice the steps; NaN without any, or where they never do."""
+    if not len(columns):
+        return math.nan
+    agrees = math.nan
+    for share in _SHARES:
+        part = max(1, round(share * steps))
+        coarse, fine = (results(n, columns, share) for n in (part, 2 * part))
+        if not (difference(coarse, fine, raw[P.RADIUS, columns], draft, forces) <= draft.accuracy).all():
+            break
+        agrees = share * duration
+    return agrees
+
+
+def _pilot_one_sided(raw, draft: Plan, forces, duration, bound: _Bound) -> Plan:
     """The same where the wall only pushes.
 
     Impacts amplify what a step leaves: however short it is, halved steps part company after some impacts. A motion is
@@ -121,8 +180,10 @@ def _pilot_one_sided(raw, draft: Plan, forces, duration) -> Plan:
     """
     target = _PILOT_SHARE * draft.accuracy
 
-    def results(steps):
-        return integrate(raw, replace(draft, steps=steps), forces, duration, "stop", False)
+    def results(steps: int) -> np.ndarray:
+        plan = replace(draft, steps=steps)
+        bound.take(plan, raw.shape[1])
+        return integrate(raw, plan, forces, duration, "stop", False)
 
     steps = int(_first_guess(raw, duration).max())
     coarse = results(steps)
@@ -132,10 +193,18 @@ def _pilot_one_sided(raw, draft: Plan, forces, duration) -> Plan:
         balance = np.where(np.isfinite(coarse[R.ENERGY_ERROR]), coarse[R.ENERGY_ERROR], np.inf)
         known = (errors <= target) & (balance <= target)
         chaotic = ~known & (balance <= _EXACT_BALANCE)
-        if (known | chaotic).all() or 2 * steps >= _MOST_STEPS:
+        is_judged = (known | chaotic).all()
+        if is_judged or not bound.allows(replace(draft, steps=steps), raw.shape[1]):
             error = float(np.where(known, errors, balance).max())
-            unresolved = int((~known & ~chaotic).sum())
-            return replace(draft, steps=steps, pilot_error=error, unresolved=unresolved, chaotic=int(chaotic.sum()))
+            unresolved, amplified = int((~known & ~chaotic).sum()), int(chaotic.sum())
+            return replace(
+                draft,
+                steps=steps,
+                pilot_error=error,
+                unresolved=unresolved,
+                chaotic=amplified,
+                bounded=not bool(is_judged),
+            )
         steps, coarse = 2 * steps, fine
 
 
@@ -161,6 +230,7 @@ def plan_integration(
     on_contact_loss: str = "stop",
     project_energy: bool = False,
     halving: bool = False,
+    samples: int = 1,
 ) -> Plan:
     """Choose step and method for a scene whose scalars vary within ``bounds``.
 
@@ -175,6 +245,9 @@ def plan_integration(
     step : float, s, or None
     accuracy : float
         Relative to r, to the largest contact force and to the energy. Default 1e-7 (with a given step: 1e-4, only judged).
+    samples : int
+        Motions that the plan is for. The pilot takes a tenth of their work or two seconds at most, whichever is more; only
+        where it ends there (``bounded``) does the plan depend on it.
 
     Raises
     ------
@@ -204,11 +277,18 @@ def plan_integration(
         return draft
     raw = np.ascontiguousarray(raw[:, code == R.OK])
     drafts = [replace(draft, method=name) for name in (METHODS if method == "auto" else (method,))]
+    bounds_of_work = [_Bound(samples) for _ in drafts]
     with np.errstate(all="ignore"):
         if features.one_sided or features.rubs:
-            plans = [_pilot_one_sided(raw, each, forces, scene.duration) for each in drafts]
+            plans = [
+                _pilot_one_sided(raw, each, forces, scene.duration, bound)
+                for each, bound in zip(drafts, bounds_of_work, strict=True)
+            ]
         else:
-            plans = [_pilot(raw, each, forces, scene.duration, on_contact_loss, project_energy) for each in drafts]
+            plans = [
+                _pilot(raw, each, forces, scene.duration, on_contact_loss, project_energy, bound)
+                for each, bound in zip(drafts, bounds_of_work, strict=True)
+            ]
     halvable = formulation == "slope" and not (features.one_sided or features.rubs)
     best = min(plans, key=lambda plan: plan.steps * TABLEAUX[plan.method].stages)
     return replace(best, halving=halving or (best.unresolved > 0 and halvable))

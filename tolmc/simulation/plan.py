@@ -39,10 +39,50 @@ class Plan:
     unresolved: int = 0
     #: Motions among the pilot's that impacts make chaotic: their energy balance is at rounding, halved steps still differ.
     chaotic: int = 0
+    #: Whether the pilot ended at the bound of its work before all its motions met the accuracy or were given up.
+    bounded: bool = False
+    #: Time (s) up to which those of its motions agree with twice the steps that no step resolves; NaN: there are none.
+    agrees_until: float = math.nan
 
     def __post_init__(self) -> None:
         if isinstance(self.features, Mapping):  # as read back from a file
             object.__setattr__(self, "features", Features(**self.features))
+
+    def unresolved_words(self) -> str:
+        """What the pilot's unresolved motions mean, and what to do; empty without any."""
+        if not self.unresolved:
+            return ""
+        if self.agrees_until > 0.0:
+            why = (
+                f"The motions become chaotic after t = {self.agrees_until:.2g} s: from then on every step, however short, "
+                f"gives another motion ({self.unresolved} of those at the nominal and corner dimensions)"
+            )
+            remedy = (
+                "Shorten [motion] duration to about that time; or give [contact] restitution, whose motions are judged by "
+                "their energy balance, so that statistics over many of them stand"
+            )
+        elif self.bounded:
+            why = (
+                f"The pilot ended at its bound, a tenth of the run or two seconds, before {self.unresolved} of the motions at "
+                f"the nominal and corner dimensions met the accuracy {self.accuracy:.3g}"
+            )
+            remedy = "Give [monte_carlo] step, a larger accuracy or a shorter duration"
+        else:
+            why = (
+                f"{self.unresolved} of the motions at the nominal and corner dimensions met the accuracy {self.accuracy:.3g} "
+                "with no step (a clearance near zero, or a chaotic motion)"
+            )
+            remedy = "A shorter duration or a larger accuracy may be within reach"
+        judged = "integrated twice and judged by the difference" if self.halving else "judged by its invariants"
+        return (
+            f"{why}. The steps are fixed at {self.steps:,} a motion, and samples are judged one by one: each is {judged}, and "
+            f"is inaccurate where it misses the accuracy. {remedy}."
+        )
+
+
+def step_seconds(features: Features) -> float:
+    """About what a step of a motion with all its statistics takes on one core, s."""
+    return 0.8e-6 if features.general else 0.2e-6
 
 
 def step_count(duration: float, step: float) -> int:

@@ -31,8 +31,8 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
     yield from _contact_notes(result)
     yield statuses_table(result.statuses)
     yield from (Note(f"Note: {note}") for note in result.notes)
-    if result.plan.unresolved:
-        yield _step_note(result.plan.unresolved)
+    if words := result.plan.unresolved_words():
+        yield Note(f"Step: {words}", strong="Step")
     if not math.isnan(result.plan.pilot_error):
         yield budget_table(result.summary)
     if study.scene.joint_in_operation.section == "circle" and any(
@@ -90,16 +90,6 @@ def _contact_notes(result: StudyResult) -> Iterator[Note]:
         yield Note(
             "What is not known to keep its limits (motion not computed, or contact lost before) is counted both ways."
         )
-
-
-def _step_note(unresolved: int) -> Note:
-    """What it means that the pilot has set motions aside."""
-    return Note(
-        f"Step: {unresolved} of the motions at the nominal and corner dimensions met the accuracy with no step (a "
-        "clearance near zero, or a chaotic motion). Every sample was therefore integrated twice and judged by the difference; "
-        "those that miss the accuracy have status inaccurate. A shorter duration or a larger accuracy may be within reach.",
-        strong="Step",
-    )
 
 
 def section_note(joint: Joint) -> Note:
