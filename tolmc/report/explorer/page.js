@@ -180,7 +180,8 @@
       const s = arithmetic.summary(values, usable), t = arithmetic.summary(first, usableFirst);
       const width = t.max - t.min || Math.abs(t.max) || 1;
       const near = [output.min, output.max].filter((x) => x !== null && x > t.min - width && x < t.max + width);
-      const low = Math.min(t.min - 0.5 * width, s.min, ...near), high = Math.max(t.max + 0.5 * width, s.max, ...near);
+      const floor = t.min >= 0 ? 0 : -Infinity;
+      const low = Math.min(Math.max(t.min - 0.5 * width, floor), s.min, ...near), high = Math.max(t.max + 0.5 * width, s.max, ...near);
       const counts = arithmetic.histogram(values, usable, low, high, BINS), old = arithmetic.histogram(first, usableFirst, low, high, BINS);
       const most = 1.04 * Math.max(...counts, ...old);
       now.setAttribute("d", outline(counts, most));
