@@ -2,6 +2,7 @@
 
 import base64
 import html
+import io
 import json
 import math
 import re
@@ -14,6 +15,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from PIL import Image
 from places import STUDIES
 from read_numbers import numbers_in
 
@@ -211,9 +213,19 @@ class TestPage:
         assert all(f"{name} {version}" in page for name, version in record["versions"].items())
 
     def test_embeds_the_pictures(self, directory):
-        page = page_of(directory)
-        for name in ("distributions.png", "drivers.png", "nominal.png"):
-            assert base64.b64encode((directory / name).read_bytes()).decode() in page
+        shown = re.findall('src="data:image/png;base64,(.*?)"', page_of(directory))
+        for name, text in zip(("distributions.png", "drivers.png", "nominal.png"), shown, strict=True):
+            assert len(base64.b64decode(text)) < 0.5 * (directory / name).stat().st_size
+            small, whole = (
+                np.asarray(Image.open(source).convert("RGB"), float)
+                for source in (io.BytesIO(base64.b64decode(text)), directory / name)
+            )
+            assert small.shape == whole.shape and np.abs(small - whole).mean() < 0.5
+
+    def test_a_damaged_picture_is_named(self, geometry_run):
+        (geometry_run / "drivers.png").write_bytes(b"no picture")
+        with pytest.raises(RunDirectoryError, match=r"drivers\.png is damaged.*Delete it"):
+            write_report(geometry_run)
 
     def test_weighs_integration_against_sampling(self, directory):
         text = text_of(page_of(directory))

@@ -14,6 +14,7 @@ from tolmc.commands.written import written
 from tolmc.errors import InputError
 from tolmc.runs import directory as run_directory
 from tolmc.runs.progress import progress
+from tolmc.runs.worst import draw_worst
 from tolmc.statistics.outcomes import ANY_REQUIREMENT
 from tolmc.study.sections import TARGET_YIELD
 from tolmc.study.study import Study
@@ -44,6 +45,8 @@ def write_answers(directory: str | Path) -> Answers:
     if answers.stackup is not None:
         with progress(f"{study.title}: surrogates"):
             opened.write_text("surrogate.json", explore(study, statistics).json())
+    with progress(f"{study.title}: worst sample"):
+        draw_worst(opened)
     target = study.target or TARGET_YIELD
     (opened.path / "next_changes.csv").unlink(missing_ok=True)  # of a shorter run
     asks = study.specification and study.formulation == "slope"

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import pandas as pd
 
@@ -19,6 +17,8 @@ from tolmc.report import notes
 from tolmc.report.answer import Answer, answer, question
 from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
 from tolmc.report.explorer.content import explorer_content, parts_of
+from tolmc.report.losses import losses
+from tolmc.report.pictures import PICTURES, embedded
 from tolmc.runs.directory import RunDirectory
 from tolmc.runs.exact_subset import EXACT_SECTION
 from tolmc.runs.record import RunDirectoryError
@@ -46,15 +46,6 @@ EXAMINED = 2**15
 #: Outputs for which there is room where the study has no requirement.
 FOREMOST = ("tilt_angle", "contact_force_D_max", "contact_force_E_max")
 
-PICTURES = {
-    "distributions.png": "How the outputs are distributed over the samples, with the value at the nominal dimensions and the "
-    "limits of the specification.",
-    "drivers.png": "Which dimension drives which output: rank correlations, and outputs over the dimension that moves them "
-    "most.",
-    "nominal.png": "The motion at the nominal dimensions: traces of the axis points D and E on their circles, contact forces "
-    "and polar angles.",
-}  # fmt: skip
-
 #: Tables that a run leaves or may leave, with the columns of their index.
 TABLES = {
     "summary.csv": "output",
@@ -69,7 +60,7 @@ TABLES = {
 def report_content(run: RunDirectory) -> dict:
     """Names and values for the templates; ``tables`` is a list of :class:`tolmc.tables.table.Table`."""
     content, study, record = _Content(run), run.study(), run.record
-    pictures = _pictures(run.path)
+    pictures = embedded(run.path)
     return {
         "title": " ".join(record["title"].split()),
         "study": study,
@@ -80,6 +71,7 @@ def report_content(run: RunDirectory) -> dict:
         "answer": content.answer(),
         "tables": content.tables(),
         "explorer": content.explorer(sum(len(picture) for _, picture in pictures.values())),
+        "losses": losses(content.samples, study.scene.duration),
         "relations": notes.relations(study),
         "curves": content.curves(),
         "width": WIDTH,
@@ -318,15 +310,3 @@ class _Content:
             raise RunDirectoryError(
                 f"{path} is damaged: {error}. Restore it, or delete it to leave it out of the report."
             ) from None
-
-
-def _pictures(directory: Path) -> dict[str, tuple[str, str]]:
-    """{file name: (caption, the picture as a data URI)}, those of every run first."""
-    paths = [path for path in directory.glob("*.png") if not path.name.startswith(".")]
-    return {
-        path.name: (
-            PICTURES.get(path.name, f"{path.stem.replace('_', ' ').capitalize()}."),
-            f"data:image/png;base64,{b64encode(path.read_bytes()).decode()}",
-        )
-        for path in sorted(paths, key=lambda path: (path.name not in PICTURES, path.name))
-    }

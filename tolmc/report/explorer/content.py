@@ -35,7 +35,7 @@ from tolmc.tolerances.distributions import Normal, Scipy, Triangular
 
 #: Parts that the explorer shows: as many as leave the report this small, bytes, beside its pictures and its text.
 FEWEST_PARTS, MOST_PARTS = 1_000, 10_000
-LARGEST_REPORT, OF_TEXT = 1_500_000, 250_000
+LARGEST_REPORT, OF_TEXT = 1_500_000, 180_000
 SCRIPTS = ("arithmetic.js", "study_text.js", "page.js")
 # What a study file says of limits, which the explorer writes anew.
 _LIMITS = ("size", "nominal", "tolerance", "lower", "upper", "diameter")
@@ -107,14 +107,19 @@ def _data(
         "inOperation": study.scene.operating is not None,
         "dimensions": [_dimension(study, d, samples[d.name].to_numpy(float), surrogate) for d in tolerances.varied],
         "outputs": [_output(study, name, surrogate, summary) for name in _ordered(study, surrogate)],
-        "unknown": [quantities.label(name) for name in study.specification if name not in surrogate.outputs],
-        "limited": bool(study.specification),
+        "unknown": _unknown(study, surrogate),
         "model": _model(study, surrogate),
         "motions": surrogate.motions,
         "choices": [_choice(*offer) for offer in _offers(study)],
         "source": source,
         "slots": [asdict(slot) | ({"spin": spin} if slot.word == "unbalance" else {}) for slot in slots],
     }
+
+
+def _unknown(study: Study, surrogate: Surrogate) -> str:
+    """The outputs with limits that cannot be explored, within a sentence."""
+    names = [f"the {phrases.phrase(name)}" for name in study.specification if name not in surrogate.outputs]
+    return phrases.joined(names) if names else ""
 
 
 def _numbers(values: np.ndarray) -> str:

@@ -334,7 +334,7 @@
   const first = predicted(sets);
   const panels = outputs.map(panel);
   const joint = jointPicture();
-  const cost = choices.length && limits.length && !data.unknown.length ? costPicture() : null;
+  const cost = choices.length && limits.length && !data.unknown ? costPicture() : null;
   const share = element("output", { class: "share" }), interval = element("p"), verdict = element("b"), beside = element("p", { class: "small soft" });
   const warning = element("p", { class: "warning", hidden: "" });
   const status = element("p", { class: "unseen", role: "status", "aria-live": "polite" });
@@ -343,11 +343,10 @@
   function showYield({ found, usable }) {
     const assembled = usable.reduce((sum, x) => sum + x, 0);
     const fewer = assembled < usable.length ? ` ${number(100 * (1 - assembled / usable.length), 3)} % of the parts have no clearance.` : "";
-    if (!limits.length || data.unknown.length) {
+    if (!limits.length || data.unknown) {
       share.textContent = "\u2013";
-      interval.textContent = data.unknown.length
-        ? `No yield: ${data.unknown.join(", ")} cannot be explored (see below).${fewer}`
-        : `The study sets no limit, so that there is no yield.${fewer}`;
+      const why = data.unknown ? `No yield: ${data.unknown} cannot be explored (see below).` : "The study sets no limit, so that there is no yield.";
+      interval.replaceChildren(...labelled(why + fewer));
       return;
     }
     const [value, low, high] = percent(found), target = number(100 * data.target, 6);
