@@ -8,10 +8,12 @@ if TYPE_CHECKING:
     from tolmc.mechanism.geometry import approximate_radius as approximate_radius
     from tolmc.mechanism.geometry import effective_radius as effective_radius
     from tolmc.mechanism.geometry import tilt_angle as tilt_angle
+    from tolmc.mechanism.loads import Harmonic as Harmonic
+    from tolmc.mechanism.loads import Loads as Loads
+    from tolmc.mechanism.loads import Oscillation as Oscillation
     from tolmc.mechanism.operating import Operating as Operating
     from tolmc.mechanism.scene import Body as Body
     from tolmc.mechanism.scene import Joint as Joint
-    from tolmc.mechanism.scene import Loads as Loads
     from tolmc.mechanism.scene import Motion as Motion
     from tolmc.mechanism.scene import Scene as Scene
     from tolmc.report.write import write_report as write_report
@@ -33,10 +35,12 @@ __version__ = "0.2.0"
 _HOME = {
     "Body": "mechanism.scene",
     "Dimension": "tolerances.dimension",
+    "Harmonic": "mechanism.loads",
     "Joint": "mechanism.scene",
-    "Loads": "mechanism.scene",
+    "Loads": "mechanism.loads",
     "Motion": "mechanism.scene",
     "Operating": "mechanism.operating",
+    "Oscillation": "mechanism.loads",
     "Scene": "mechanism.scene",
     "Study": "study.study",
     "StudyResult": "runs.run",

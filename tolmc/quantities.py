@@ -33,6 +33,7 @@ KINDS = {
     "mass": Kind("kg", "a mass", "0.5 kg", "kg"),
     "time": Kind("s", "a time", "1 s", "s"),
     "angle": Kind("rad", "an angle", "30 deg", "deg", 180.0 / math.pi),
+    "frequency": Kind("Hz", "a frequency", "25 Hz", "Hz"),
     "angular velocity": Kind("rad/s", "an angular velocity", "1500 rpm", "rad/s"),
     "force": Kind("N", "a force", "12 N", "N"),
     "torque": Kind("N m", "a torque", "0.2 N m", "N m"),
@@ -85,8 +86,8 @@ class Quantity:
 class Scalar(Quantity):
     """A number that describes a scene, and may carry a tolerance.
 
-    Groups: "joint", "contact", "body", "loads", "start" of a motion on the wall, "free start" of one within the clearance,
-    "spin" of both, "operating" conditions.
+    Groups: "joint", "contact", "body", "loads", "load terms" that swing, the "drive" that does, "start" of a motion on the
+    wall, "free start" of one within the clearance, "spin" of both, "operating" conditions.
 
     A component of a vector in x, y, z says which ``axis`` of which ``vector`` it is.
     """
@@ -131,6 +132,20 @@ def _vector(
     )  # fmt: skip
 
 
+#: Places for parts of the loads that swing: the first half for the force, the second for the torque.
+LOAD_TERMS = 4
+
+
+def _term(kind: str, place: int) -> tuple[Scalar, ...]:
+    """A part of a load that swings: amplitude, frequency, phase."""
+    name, label, row = f"{kind}_term_{place}", f"{kind.capitalize()} term {place}", f"{kind.upper()}_TERM_{place}"
+    return (
+        *_vector(name, kind, label, "F" if kind == "force" else "M", row, "load terms"),
+        Scalar(f"{name}_frequency", "frequency", f"{label}, frequency", "f", f"{row}_FREQUENCY", "load terms"),
+        Scalar(f"{name}_phase", "angle", f"{label}, phase", "", f"{row}_PHASE", "load terms"),
+    )
+
+
 #: In the order in which tables show them.
 SCALAR_ROWS = (
     Scalar("bearing_radius", "length", "Bearing radius R*", "R*", "BEARING_RADIUS", "joint"),
@@ -151,6 +166,15 @@ SCALAR_ROWS = (
     *_vector("force", "force", "Force", "F", "FORCE", "loads"),
     *_vector("force_point", "length", "Force point", "r_F", "POINT", "loads"),
     *_vector("torque", "torque", "Torque", "M", "TORQUE", "loads"),
+    *(
+        scalar
+        for kind in ("force", "torque")
+        for place in range(1, LOAD_TERMS // 2 + 1)
+        for scalar in _term(kind, place)
+    ),
+    Scalar("drive_amplitude", "angle", "Swing of the drive, amplitude", "φ_d", "DRIVE_AMPLITUDE", "drive"),
+    Scalar("drive_frequency", "frequency", "Swing of the drive, frequency", "f_d", "DRIVE_FREQUENCY", "drive"),
+    Scalar("drive_phase", "angle", "Swing of the drive, phase", "", "DRIVE_PHASE", "drive"),
     Scalar("alpha", "angle", "Start angle α", "α", "ALPHA", "start"),
     Scalar("beta", "angle", "Start angle β", "β", "BETA", "start"),
     Scalar("alpha_rate", "angular velocity", "Start rate of α", "α̇", "ALPHA_RATE", "start"),
@@ -284,10 +308,10 @@ _ROWS: dict[str, Quantity] = {row.name: row for row in (*SCALAR_ROWS, *OUTPUT_RO
 #: Every scalar of a scene that may vary from sample to sample.
 SCALARS = tuple(row.name for row in SCALAR_ROWS)
 #: Scalars of the joint, of the laws of contact, of the start of a motion on the wall and of one within the clearance, of the
-#: turn about the axis, and of the conditions in operation.
-JOINT, CONTACT, START, FREE_START, SPIN, OPERATING = (
+#: turn about the axis, of the conditions in operation, of loads that swing and of a drive that does.
+JOINT, CONTACT, START, FREE_START, SPIN, OPERATING, SWINGING, DRIVE = (
     tuple(row.name for row in SCALAR_ROWS if row.group == group)
-    for group in ("joint", "contact", "start", "free start", "spin", "operating")
+    for group in ("joint", "contact", "start", "free start", "spin", "operating", "load terms", "drive")
 )
 #: What a drawing calls each scalar of the joint.
 DRAWN = dict(zip(JOINT, (row.name for row in DRAWN_ROWS), strict=True))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scenes import CYLINDER, LOADED, PAPER_JOINT, START, SYMMETRIC, UNBALANCED
 
 import tolmc
-from tolmc import Body, Joint, Loads, Motion, Scene, quantities
+from tolmc import Body, Harmonic, Joint, Loads, Motion, Oscillation, Scene, quantities
 from tolmc.quantities import SCALARS
 
 GRAVITY = (0.0, -9.81, 0.0)
@@ -198,9 +198,15 @@ def test_absent_loads_are_zero_scalars():
     assert all(scalars[f"{load}_{axis}"] == 0 for load in ("force", "force_point", "torque") for axis in "xyz")
 
 
-#: Between them two scenes have every scalar: one starts on the wall, one flies.
+#: Between them two scenes have every scalar: one starts on the wall, one flies and is shaken.
 FLYING = replace(
     LOADED,
+    loads=replace(
+        LOADED.loads,
+        force_terms=[Harmonic((1.0, 2.0, 3.0), 5.0, 0.1), Harmonic((4.0, 5.0, 6.0), 7.0, 0.2, "body")],
+        torque_terms=[Harmonic((0.1, 0.2, 0.3), 8.0, 0.3), Harmonic((0.4, 0.5, 0.6), 9.0, 0.4)],
+        drive=Oscillation(0.5, 2.0, 0.5),
+    ),
     joint=replace(LOADED.joint, restitution=0.5, contact_stiffness=1e9),
     motion=Motion.free((1e-3, 2e-3), (0.1, -0.2), (0.01, 0.02), (1.0, -2.0), 0.7, 40.0),
 )
@@ -208,7 +214,8 @@ FLYING = replace(
 
 @pytest.mark.parametrize("name", SCALARS)
 def test_replaced_changes_one_scalar_and_nothing_else(name):
-    scene = FLYING if name in (*quantities.CONTACT, *quantities.FREE_START) else LOADED
+    flies = (*quantities.CONTACT, *quantities.FREE_START, *quantities.SWINGING, *quantities.DRIVE)
+    scene = FLYING if name in flies else LOADED
     value = scene.scalars[name] * 1.01
     changed = scene.replaced(**{name: value}).scalars
     assert changed[name] == value
@@ -221,6 +228,8 @@ def test_replaced_changes_one_scalar_and_nothing_else(name):
         (LOADED, "restitution"),
         (LOADED, "contact_stiffness"),
         (LOADED, "slope_x"),
+        (LOADED, "force_term_1_x"),
+        (LOADED, "drive_phase"),
         (FLYING, "alpha"),
         (FLYING, "beta_rate"),
     ],

@@ -18,7 +18,7 @@ from tolmc.mechanism.checks import finite_number, finite_vector, plain_array, se
 from tolmc.mechanism.loads import Loads, Vector
 from tolmc.mechanism.motion import Motion
 from tolmc.mechanism.operating import Operating, closing_sentence, operating_dimensions
-from tolmc.quantities import CONTACT, FREE_START, JOINT, OPERATING, SCALARS, SPIN, START
+from tolmc.quantities import CONTACT, DRIVE, FREE_START, JOINT, OPERATING, SCALARS, SPIN, START, SWINGING
 from tolmc.units import read
 
 SECTIONS = ("circle", "exact")
@@ -292,8 +292,9 @@ class Scene:
 
     @property
     def rubs(self) -> bool:
-        """Whether sliding at the wall counts, by friction or wear, or a drive turns the body: Omega is no constant then."""
-        return self.joint.friction > 0.0 or self.joint.wear_coefficient > 0.0 or self.loads.drive != "free"
+        """Whether sliding at the wall counts, by friction or wear, or something drives or shakes the body."""
+        sliding = self.joint.friction > 0.0 or self.joint.wear_coefficient > 0.0
+        return sliding or self.loads.is_driven or bool(self.loads.terms)
 
     @cached_property
     def joint_in_operation(self) -> Joint:
@@ -344,6 +345,7 @@ class Scene:
             **{f"{name}_{axis}": v for name, pair in pairs.items() for axis, v in zip("xy", pair, strict=True)},
             **{name: getattr(motion, name) for name in (*START, *SPIN)},
             **(self.operating or Operating()).scalars,
+            **dict.fromkeys((*SWINGING, *DRIVE), 0.0), **loads.scalars,
         }  # fmt: skip
         return {name: float(values[name]) for name in SCALARS}
 
@@ -376,7 +378,11 @@ class Scene:
             joint=self._joint(s),
             body=Body(s["mass"], vector("center_of_mass"), inertia),
             loads=Loads(
-                vector("gravity"), optional("force"), optional("force_point"), optional("torque"), self.loads.drive
+                vector("gravity"),
+                optional("force"),
+                optional("force_point"),
+                optional("torque"),
+                *self.loads.swinging(s),
             ),
             motion=self._motion(s),
             operating=operating,
@@ -398,6 +404,9 @@ class Scene:
         """Raise ValueError if the scene has no such scalar: another kind of start, or no law of contact."""
         if name in CONTACT and getattr(self.joint, name) is None:
             raise ValueError(f"Scene: {name} varies, but the joint has none; give Joint({name}=...).")
+        if name in (*SWINGING, *DRIVE) and name not in self.loads.scalars:
+            what = "drive = tolmc.Oscillation(...)" if name in DRIVE else "force_terms or torque_terms"
+            raise ValueError(f"Scene: {name} varies, but the loads have none; give Loads({what}).")
         if name in START and self.motion.is_free:
             raise ValueError(f"Scene: {name} varies, but the motion starts within the clearance; vary origin or slope.")
         if name in FREE_START and not self.motion.is_free:

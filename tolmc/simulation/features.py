@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tolmc.mechanism.loads import Oscillation
 from tolmc.mechanism.scene import Scene
 from tolmc.quantities import OPERATING, SCALAR_ROWS
 
@@ -31,11 +32,14 @@ class Features:
     friction: bool = False
     driven: bool = False
     wears: bool = False
+    #: Whether parts of the loads swing, and whether the drive does.
+    shaken: bool = False
+    swings: bool = False
 
     @property
     def rubs(self) -> bool:
-        """Whether sliding counts, or Omega is held: motions of the one-sided kernels from their start."""
-        return self.friction or self.driven or self.wears
+        """Whether sliding counts, Omega is held or something swings: motions of the one-sided kernels from their start."""
+        return self.friction or self.driven or self.wears or self.shaken
 
     @property
     def formulation(self) -> str:
@@ -61,7 +65,8 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
     present = [row for row in loaded if row.name in varied or scene.scalars[row.name]]
     off_axis = any(row.vector == "force" for row in present) and any((loads.force_point or (0.0, 0.0))[:2])
     torque = any(row.vector == "torque" for row in present)
-    general = not body.is_symmetric or off_axis or torque or bool(varied & _UNSYMMETRIC)
+    shaken = bool(loads.terms)
+    general = not body.is_symmetric or off_axis or torque or shaken or bool(varied & _UNSYMMETRIC)
     transverse = any(row.axis != "z" for row in present)
     exact = scene.joint.section == "exact"
     if general and not scene.scalars["inertia_zz"] > 0:
@@ -76,9 +81,9 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
         scene.check_has(name)
     operating = scene.operating is not None or bool(varied & set(OPERATING))
     one_sided = scene.joint.restitution is not None
-    friction, driven = scene.joint.friction > 0.0 or "friction" in varied, scene.loads.drive != "free"
+    friction, driven = scene.joint.friction > 0.0 or "friction" in varied, loads.is_driven
     wears = scene.joint.wear_coefficient > 0.0 or "wear_coefficient" in varied
-    rubs = friction or driven or wears
+    rubs = friction or driven or wears or shaken
     if one_sided or rubs:
         _check_free_body(scene)
     if friction and not driven and not scene.scalars["inertia_zz"] > 0:
@@ -91,7 +96,7 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
         # Impacts keep the momentum about Z, but it is the energy that watches them.
         momentum=not (turned or one_sided or rubs), spin=symmetric and not rubs, operating=operating, one_sided=one_sided,
         free=scene.motion.is_free, stiffness=scene.joint.contact_stiffness is not None, friction=friction, driven=driven,
-        wears=wears,
+        wears=wears, shaken=shaken, swings=isinstance(loads.drive, Oscillation),
     )  # fmt: skip
 
 

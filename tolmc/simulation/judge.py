@@ -62,7 +62,7 @@ def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, plan: P
 def one_sided_difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, plan: Plan) -> np.ndarray:
     """Relative difference of two results with one-sided contact, a number a sample: end of the motion, tilt, mean forces.
 
-    With friction also of its work and of the spin rate at the end.
+    With friction also of its work, and of the spin rate at the end where no drive says it.
     """
     end, axis = slice(R.ORIGIN_X, R.ORIGIN_Y + 1), [R.AXIS_X, R.AXIS_Y, R.AXIS_Z, R.TILT_MAX]
     worst = np.abs(coarse[end] - fine[end]).max(axis=0) / radius
@@ -72,7 +72,7 @@ def one_sided_difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarra
     load = np.abs(coarse[means] - fine[means]).max(axis=0)
     worst = np.maximum(worst, np.divide(load, scale, out=np.zeros_like(load), where=scale > 0))
     if plan.features.rubs:
-        for row in (R.FRICTION_WORK, R.SPIN_END):
+        for row in (R.FRICTION_WORK,) if plan.features.driven else (R.FRICTION_WORK, R.SPIN_END):
             change, scale = np.abs(coarse[row] - fine[row]), np.abs(fine[row])
             worst = np.maximum(worst, np.divide(change, scale, out=np.zeros_like(change), where=scale > 0))
     return np.where(np.isfinite(worst) & (coarse[R.STATUS] == fine[R.STATUS]), worst, np.inf)

@@ -13,7 +13,7 @@ import numpy as np
 
 from tolmc.kernels import parameters as P
 from tolmc.kernels import results as R
-from tolmc.kernels.one_sided import engine, start
+from tolmc.kernels.one_sided import engine, start, swinging
 from tolmc.kernels.one_sided import layout as at
 from tolmc.simulation.plan import Plan
 
@@ -24,6 +24,8 @@ MOST_EVENTS = 100_000
 _REST_HEIGHT, _FINE = 1e-11, 1e-7
 #: Share of the clearance by which a start within it may miss the wall.
 _ROUNDING = 1e-12
+
+_TERM_PHASES = (P.FORCE_TERM_1_PHASE, P.FORCE_TERM_2_PHASE, P.TORQUE_TERM_1_PHASE, P.TORQUE_TERM_2_PHASE)
 
 _STATUS = {
     at.OK: R.OK,
@@ -56,6 +58,13 @@ def given(raw: np.ndarray, plan: Plan) -> np.ndarray:
         rows[at.CHI], rows[at.OMEGA] = raw[P.SPIN], raw[P.SPIN_RATE]
     else:
         start.from_angles(raw, rows, plan.features.exact)
+    rows[at.PHASE_1 : at.PHASE_4 + 1] = raw[list(_TERM_PHASES)]
+    rows[at.PHASE_DRIVE] = raw[P.DRIVE_PHASE]
+    if plan.features.swings:
+        swing = 2.0 * math.pi * raw[P.DRIVE_FREQUENCY] * raw[P.DRIVE_AMPLITUDE]
+        rows[at.OMEGA] += swing * np.cos(raw[P.DRIVE_PHASE])
+    for place, turns in enumerate(plan.turning):
+        rows[at.TURNS_1 + place] = turns
     return rows
 
 
@@ -66,11 +75,19 @@ def has_room(raw: np.ndarray, plan: Plan) -> np.ndarray:
     return np.logical_and(*(gaps >= -_ROUNDING))
 
 
-def _flags(plan: Plan) -> tuple[int | None, ...]:
+def _run(raw: np.ndarray, plan: Plan, duration: float, found, counts, record, events) -> None:
+    """The kernel that has what the plan's features ask for, and nothing more."""
     features = plan.features
-    return tuple(
+    exact, general, rubs, rk4 = (
         1 if flag else None for flag in (features.exact, features.general, features.rubs, plan.method == "rk4")
     )
+    arguments = (
+        raw, given(raw, plan), plan.steps, duration, MOST_EVENTS, plan.accuracy, found, counts, record, events
+    )  # fmt: skip
+    if features.shaken or features.swings:
+        swinging.integrate(*arguments, exact, general, rk4)
+    else:
+        engine.integrate(*arguments, exact, general, rubs, rk4)
 
 
 def integrate(raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:
@@ -81,19 +98,7 @@ def integrate(raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:
     raw = np.ascontiguousarray(raw)
     n = raw.shape[1]
     found, counts = np.full((at.RESULTS, n), np.nan), np.zeros(3, np.int64)
-    engine.integrate(
-        raw,
-        given(raw, plan),
-        plan.steps,
-        duration,
-        MOST_EVENTS,
-        plan.accuracy,
-        found,
-        counts,
-        np.empty((at.RECORD, 0)),
-        np.empty((at.EVENT, 0)),
-        *_flags(plan),
-    )
+    _run(raw, plan, duration, found, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)))
     return _results(found, raw, plan, duration)
 
 
@@ -121,11 +126,11 @@ def _results(found: np.ndarray, raw: np.ndarray, plan: Plan, duration: float) ->
     out[R.ENERGY_ERROR], out[R.CONSTRAINT_ERROR] = found[at.R_ENERGY_ERROR], np.abs(found[at.R_PENETRATION])
     out[R.ORIGIN_X : R.AXIS_Z + 1] = found[at.R_X : at.R_AXIS_Z + 1]
     if plan.features.rubs:
-        _rubbed(out, found, raw, lasted)
+        _rubbed(out, found, raw, lasted, plan.features.swings)
     return out
 
 
-def _rubbed(out: np.ndarray, found: np.ndarray, raw: np.ndarray, lasted: float | np.ndarray) -> None:
+def _rubbed(out: np.ndarray, found: np.ndarray, raw: np.ndarray, lasted: float | np.ndarray, swings: bool) -> None:
     """The rows that friction, a drive and wear add."""
     out[R.FRICTION_TORQUE_MAX], out[R.FRICTION_TORQUE_MEAN] = found[at.R_TORQUE_MAX], found[at.R_TORQUE] / lasted
     out[R.FRICTION_WORK], out[R.FRICTION_POWER_MEAN] = found[at.R_HEAT], found[at.R_HEAT] / lasted
@@ -135,7 +140,10 @@ def _rubbed(out: np.ndarray, found: np.ndarray, raw: np.ndarray, lasted: float |
     out[R.WHIRL_RATE_MEAN] = np.divide(found[at.R_TURN], touched, out=np.full_like(touched, np.nan), where=touched > 0)
     out[R.SPIN_END] = found[at.R_OMEGA]
     out[R.DRIVE_TORQUE_MAX], out[R.DRIVE_TORQUE_MEAN] = found[at.R_DRIVE_MAX], found[at.R_DRIVE] / lasted
-    out[R.DRIVE_POWER_MEAN] = out[R.DRIVE_TORQUE_MEAN] * raw[P.SPIN_RATE]
+    if swings:
+        out[R.DRIVE_POWER_MEAN] = found[at.R_DRIVE_WORK] / lasted
+    else:
+        out[R.DRIVE_POWER_MEAN] = out[R.DRIVE_TORQUE_MEAN] * raw[P.SPIN_RATE]
     slip_work = found[at.R_SLIP_D] + found[at.R_SLIP_E]
     out[R.WEAR_RATE] = raw[P.WEAR_COEFFICIENT] * slip_work / lasted
 
@@ -198,10 +206,7 @@ def _trace(raw: np.ndarray, plan: Plan, duration: float) -> tuple[np.ndarray, np
     while True:
         record, happened = np.empty((at.RECORD, rows)), np.empty((at.EVENT, events))
         found, counts = np.full((at.RESULTS, 1), np.nan), np.zeros(3, np.int64)
-        engine.integrate(
-            raw, given(raw, plan), plan.steps, duration, MOST_EVENTS, plan.accuracy, found, counts, record, happened,
-            *_flags(plan),
-        )  # fmt: skip
+        _run(raw, plan, duration, found, counts, record, happened)
         if counts[1] <= rows and counts[2] <= events:
             return record[:, : counts[1]], happened[:, : counts[2]]
         rows, events = max(rows, int(counts[1])), max(events, int(counts[2]))

@@ -16,6 +16,7 @@ from tolmc.simulation.judge import BODY_INVALID, GEOMETRY_INVALID
 
 #: Rows that hold a scalar as it is; the joint's hold what operating conditions make of its dimensions.
 _ROWS = {scalar.name: getattr(P, scalar.row) for scalar in SCALAR_ROWS if scalar.row and scalar.group != "joint"}
+_FREQUENCIES = tuple(getattr(P, scalar.row) for scalar in SCALAR_ROWS if scalar.kind == "frequency")
 _BODY_SCALARS = tuple(scalar.name for scalar in SCALAR_ROWS if scalar.group == "body")
 
 _SCRATCH = threading.local()
@@ -45,6 +46,8 @@ def pack(
     joint = np.isfinite(large) & np.isfinite(small) & np.isfinite(length) & (small > 0) & (small < large) & (length > 0)
     finite &= (raw[P.RESTITUTION] >= 0.0) & (raw[P.RESTITUTION] <= 1.0) & (raw[P.CONTACT_STIFFNESS] >= 0.0)
     finite &= (raw[P.FRICTION] >= 0.0) & (raw[P.SLIP_SPEED] > 0.0) & (raw[P.WEAR_COEFFICIENT] >= 0.0)
+    for row in _FREQUENCIES:
+        finite &= raw[row] >= 0.0
     code = np.where(joint, np.where(finite, R.OK, BODY_INVALID), GEOMETRY_INVALID)
     if any(np.ndim(values[name]) for name in _BODY_SCALARS):
         inside = code == R.OK

@@ -41,6 +41,8 @@ _IN_ORDER = 1e-2  # error below which it falls as the method's order says
 _OF_RUN, _SECONDS = 0.1, 2.0
 # Shares of the duration at which chaotic motions are asked whether they still agree.
 _SHARES = 2.0 ** np.arange(-8.0, 0.0, 0.5)
+#: Share of the accuracy to which the energy of motions with friction, drives and loads that swing is kept.
+_BALANCE_SHARE = 0.01
 _PILOT_SHARE = 0.3  # the pilot aims below the stated accuracy, for samples between its corners
 
 
@@ -56,6 +58,8 @@ def _first_guess(raw: np.ndarray, duration: float) -> np.ndarray:
     rate = rate + np.abs(raw[P.J_ZZ] * raw[P.SPIN_RATE]) / transverse
     rate = rate + np.hypot(raw[P.ORIGIN_RATE_X], raw[P.ORIGIN_RATE_Y]) / r
     rate = rate + np.hypot(raw[P.SLOPE_RATE_X], raw[P.SLOPE_RATE_Y]) * raw[P.HALF_LENGTH] / r
+    swings = (P.FORCE_TERM_1_FREQUENCY, P.FORCE_TERM_2_FREQUENCY, P.TORQUE_TERM_1_FREQUENCY, P.TORQUE_TERM_2_FREQUENCY)
+    rate = rate + 2.0 * math.pi * np.max([raw[row] for row in (*swings, P.DRIVE_FREQUENCY)], axis=0)
     steps = np.where(np.isfinite(rate), 0.5 * rate * duration, 0.0)
     return np.ceil(np.clip(steps, 4.0, _MOST_STEPS // 4))
 
@@ -171,6 +175,12 @@ def _agreement(
     return agrees
 
 
+def _balanced(steps: int, balance: np.ndarray, draft: Plan) -> int:
+    """Steps with which motions whose energy balance misses by ``balance`` keep it to a hundredth of the accuracy."""
+    worst, order = float(balance.max(initial=0.0)), TABLEAUX[draft.method].order
+    return max(steps, _by_order(steps, worst, _BALANCE_SHARE * draft.accuracy, order))
+
+
 def _pilot_one_sided(raw, draft: Plan, forces, duration, bound: _Bound) -> Plan:
     """The same where the wall only pushes.
 
@@ -197,6 +207,8 @@ def _pilot_one_sided(raw, draft: Plan, forces, duration, bound: _Bound) -> Plan:
         if is_judged or not bound.allows(replace(draft, steps=steps), raw.shape[1]):
             error = float(np.where(known, errors, balance).max())
             unresolved, amplified = int((~known & ~chaotic).sum()), int(chaotic.sum())
+            if draft.features.rubs:
+                steps = _balanced(steps, balance[known], draft)
             return replace(
                 draft,
                 steps=steps,
@@ -263,7 +275,10 @@ def plan_integration(
     varied = {name for name, (low, high) in bounds.items() if not low == high == scene.scalars[name]}
     features = features_of(scene, varied, wants_pose(outputs))
     _check_choices(scene, features, method, formulation, on_contact_loss, project_energy or halving)
-    draft = Plan(formulation, "rk8" if method == "auto" else method, 1, accuracy or DEFAULT_ACCURACY, features=features)
+    draft = Plan(
+        formulation, "rk8" if method == "auto" else method, 1, accuracy or DEFAULT_ACCURACY, features=features,
+        turning=scene.loads.turning,
+    )  # fmt: skip
     if step is not None:
         steps = step_count(scene.duration, step)
         return replace(draft, steps=steps, accuracy=accuracy or COARSE_ACCURACY, halving=halving)

@@ -33,6 +33,8 @@ class Plan:
     #: Largest error that step halving showed on the pilot's motions (NaN when the step was given).
     pilot_error: float = math.nan
     features: Features = field(default_factory=Features)
+    #: Of each place for a part of the loads that swings, whether its axes turn with the body; () where nothing swings.
+    turning: tuple[bool, ...] = ()
     #: Whether every sample is integrated once more with twice the steps, and judged by the difference too.
     halving: bool = False
     #: Motions among the pilot's for which no number of steps met the accuracy.
@@ -47,6 +49,7 @@ class Plan:
     def __post_init__(self) -> None:
         if isinstance(self.features, Mapping):  # as read back from a file
             object.__setattr__(self, "features", Features(**self.features))
+            object.__setattr__(self, "turning", tuple(self.turning))
 
     def unresolved_words(self) -> str:
         """What the pilot's unresolved motions mean, and what to do; empty without any."""

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 from tolmc import quantities
+from tolmc.mechanism.loads import Harmonic, Loads, Oscillation
 from tolmc.mechanism.operating import Operating
-from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
+from tolmc.mechanism.scene import Body, Joint, Motion, Scene
 from tolmc.quantities import JOINT, MASS_AND_CENTER, START
 from tolmc.study.derived import Derived, read_outputs
 from tolmc.study.dimensions import DimensionsTable
@@ -70,6 +71,7 @@ def _on_contact_loss(file: StudyFile) -> str:
     if follows and given in ("continue", "end"):
         raise Faults(f"{field} is for a wall that holds the journal; with [contact] restitution leave it out.")
     rubs = file.contact.friction > 0.0 or file.contact.wear_coefficient > 0.0 or file.loads.drive != "free"
+    rubs = rubs or bool(file.loads.force_terms or file.loads.torque_terms)
     if rubs and not follows and given == "continue":
         raise Faults(
             f"{field} is for a wall without friction that holds the journal; with friction or a drive the motion ends where "
@@ -89,13 +91,19 @@ def _scene(file: StudyFile, content: dict[str, Any], table: DimensionsTable) -> 
     with in_section("body", written=content["body"]):
         body = _body(file.body)
     with in_section("loads", written=content.get("loads")):
-        loads = Loads(**file.loads.model_dump())
+        loads = _loads(file.loads.model_dump())
     with in_section("motion", written=content["motion"]):
         scene = Scene(joined, body, loads, _motion(file.motion.model_dump(exclude_none=True)), file.motion.duration)
     if file.operating is None:
         return scene
     with in_section("operating"):
         return replace(scene, operating=Operating(**file.operating.model_dump()))
+
+
+def _loads(given: dict[str, Any]) -> Loads:
+    drive = given["drive"]
+    terms = {name: tuple(Harmonic(**term) for term in given[name]) for name in ("force_terms", "torque_terms")}
+    return Loads(**{**given, **terms, "drive": Oscillation(**drive) if isinstance(drive, dict) else drive})
 
 
 def _motion(start: dict[str, Any]) -> Motion:

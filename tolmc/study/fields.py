@@ -379,6 +379,8 @@ def _example(loc: list) -> str:
 def _owner(model: type[Section], loc: list) -> type[Section]:
     """The table in which the field at ``loc`` stands."""
     for part in loc[:-1]:
+        if isinstance(part, int):  # of a list, whose tables are all of one kind
+            continue
         annotation = model.model_fields[part].annotation
         model = next(m for m in (annotation, *get_args(annotation)) if isinstance(m, type) and issubclass(m, Section))
     return model

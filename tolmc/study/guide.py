@@ -170,13 +170,13 @@ def _tables(
 ) -> Iterator[TableGuide]:
     names = tuple(table.get("x-names", ()))
     own = {name: part for name, part in table.get("properties", {}).items() if name not in names}
-    inner = {name: _resolved(schema, part) for name, part in own.items()}
+    inner = {name: _resolved(schema, _table_of(part)) for name, part in own.items()}
     inner = {name: part for name, part in inner.items() if "properties" in part}
     required = table.get("required", ())
     fields = tuple(
         FieldGuide(place, name, part.get("description", ""), _written(part), _default(part, name in required))
         for name, part in own.items()
-        if name not in inner
+        if name not in inner or _table_of(part) is not part
     )
     yield TableGuide(place, table.get("description", ""), is_required, fields, names)
     if names:
@@ -186,7 +186,15 @@ def _tables(
         yield from _tables(schema, f"{place}.{name}".lstrip("."), part, is_required=name in required)
 
 
+def _table_of(part: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The table that may stand in a field, or that its list is of; the field itself where there is no such."""
+    kinds = [*part.get("anyOf", ()), part.get("items", {})]
+    return next((kind for kind in kinds if "$ref" in kind), part)
+
+
 def _written(part: Mapping[str, Any]) -> str:
+    if "$ref" in part:
+        return "a table"
     if "$comment" in part:
         return part["$comment"]
     if "anyOf" in part:

@@ -28,6 +28,7 @@ from tolmc.study.fields import (
     vector,
     whole,
 )  # fmt: skip
+from tolmc.study.load_sections import LoadsSection
 
 MAX_SAMPLES = 1_000_000_000
 #: Share of the parts that have to keep every limit, where a study does not say: ±3 sigma of a normal distribution.
@@ -200,22 +201,6 @@ class BodySection(Section):
     """The same about the centre of mass."""
     solid_cylinder: _Cylinder | None = None
     """The inertia of a homogeneous cylinder around the centre of mass."""
-
-
-class _Loads(Section):
-    """Constant loads on the body, axes fixed in the bearing: Z along the bore, Y up in a horizontal one."""
-
-    gravity: vector("m/s^2") = (0.0, 0.0, 0.0)
-    """Acceleration of gravity."""
-    force: vector("N") | None = None
-    """A force of fixed direction."""
-    force_point: vector("m") | None = None
-    """Where it acts, from O in body axes; O when not given."""
-    torque: vector("N m") | None = None
-    """A torque of fixed direction."""
-    drive: Literal["free", "constant speed"] = "free"
-    """Whether the body turns about its axis as it will, or a drive holds it at the spin_rate of its start; the drive's torque
-    is an output."""
 
 
 class MotionSection(Section):
@@ -391,7 +376,7 @@ class StudyFile(Section):
     correlation: dict[str, Any] = Field(default_factory=dict)
     """Correlation of two dimensions' standard normal scores (a Gaussian copula): `bearing_radius.journal_radius = 0.5`."""
     body: BodySection
-    loads: _Loads = _Loads()
+    loads: LoadsSection = LoadsSection()
     motion: MotionSection
     contact: _Contact = _Contact()
     operating: OperatingSection | None = None

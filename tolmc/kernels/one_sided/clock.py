@@ -29,6 +29,7 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
     """The loops of one kind of scene."""
     looked_samples, quadrature = stepper.looked_samples, stepper.quadrature
     n_state, works, rubs, far = equations.state, equations.works, equations.rubs, equations.far
+    swings = equations.swings
 
     @device
     def may_peak(samples, seen0, seen1, quantity, best, coef, lanes, lane):
@@ -120,6 +121,9 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
                 lanes[at.TURN * WIDTH + lane] += h * quadrature(samples, seen0, at.S_WHIRL, at.WHIRL, False, lane)
                 drive = quadrature(samples, seen0, at.S_DRIVE, at.DRIVE, False, lane)
                 lanes[at.DRIVE_INTEGRAL * WIDTH + lane] += h * drive
+                if swings:
+                    power = quadrature(samples, seen0, at.S_DRIVE_POWER, at.DRIVE_POWER, False, lane)
+                    lanes[at.DRIVE_WORK * WIDTH + lane] += h * power
                 # The slip's crossing of the slip speed is linear within a step: weights of either sign suit no jump.
                 first, last = seen0[at.SLOW * WIDTH + lane], seen1[at.SLOW * WIDTH + lane]
                 size = abs(first) + abs(last)

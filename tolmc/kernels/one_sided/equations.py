@@ -29,6 +29,7 @@ class Equations(NamedTuple):
     spins: bool
     works: bool
     rubs: bool
+    swings: bool
     far: float
     unit: bool
     prepare: object
@@ -83,6 +84,7 @@ def _given(section, body, spins):
 
 def build(section, body, rubs: bool) -> Equations:
     """The equations of one kind of scene."""
+    swings = body.SWINGS
     spins = body.SPINS or rubs
     works = body.SPINS or rubs
     touch, free, solve, energies, turn = section.touch, body.free, body.solve, body.energies, body.turn
@@ -194,6 +196,8 @@ def build(section, body, rubs: bool) -> Equations:
                 drive = (a[5] + l_d * pd[5] + l_e * pe[5]) / coef[at.KAPPA * width + lane]
                 power += drive * spin
                 samples[row + at.S_DRIVE * width + lane] = drive
+                if swings:
+                    samples[row + at.S_DRIVE_POWER * width + lane] = drive * spin
                 samples[row + at.S_WHIRL * width + lane] = whirl(y, coef, lane, width)
                 samples[row + at.S_SLIP_D * width + lane] = n_d * rub[2] ** 0.5
                 samples[row + at.S_SLIP_E * width + lane] = n_e * rub[3] ** 0.5
@@ -225,6 +229,8 @@ def build(section, body, rubs: bool) -> Equations:
                 drive = (a[5] + l_d * pd[5] + l_e * pe[5]) / coef[at.KAPPA * width + lane]
                 power += drive * spin
                 seen[at.DRIVE * width + lane], seen[at.WHIRL * width + lane] = drive, whirl(y, coef, lane, width)
+                if swings:
+                    seen[at.DRIVE_POWER * width + lane] = drive * spin
                 seen[at.SLIP_D * width + lane], seen[at.SLIP_E * width + lane] = (
                     n_d * rub[2] ** 0.5,
                     n_e * rub[3] ** 0.5,
@@ -272,11 +278,11 @@ def build(section, body, rubs: bool) -> Equations:
             l_d, l_e = (g_ee * miss_d - g_de * miss_e) * inverse, (g_dd * miss_e - g_de * miss_d) * inverse
             y[4 * width + lane], y[5 * width + lane] = ux + l_d * ndx + l_e * nex, uy + l_d * ndy + l_e * ney
             y[6 * width + lane], y[7 * width + lane] = vx + l_d * mdx + l_e * mex, vy + l_d * mdy + l_e * mey
-        normalise(y, lane, width)
+        normalise(y, coef, lane, width)
 
-    samples = 10 if rubs else 4 if works else 3
+    samples = 11 if swings else 10 if rubs else 4 if works else 3
     return Equations(
-        state, body.COEFFICIENTS, samples, spins, works, rubs, section.FAR, section.UNIT,
+        state, body.COEFFICIENTS, samples, spins, works, rubs, swings, section.FAR, section.UNIT,
         prepare, start, advance, look, system, kick, project,
     )  # fmt: skip
 

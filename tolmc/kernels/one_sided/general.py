@@ -21,6 +21,7 @@ from tolmc.kernels.jit import device
 from tolmc.kernels.one_sided import layout as at
 
 SPINS = True
+SWINGS = False
 STATE = 11
 COEFFICIENTS = at.FIRST + 22
 
@@ -101,6 +102,17 @@ def _in_frame(x, y, z, e_x, e_y, n, f11, f12, f22):
 @device
 def free(y, spin, coef, lane, width):
     """As :func:`solve`, of the forces that act without contact, and what it needs for others."""
+    none = (0.0, 0.0, 0.0)
+    return moved(y, spin, None, none, none, none, none, coef, lane, width)
+
+
+@device
+def moved(y, spin, spun, force, turned_force, torque, turned_torque, coef, lane, width):
+    """:func:`free` where Omega/kappa changes at the rate ``spun`` (None: as it will, or not at all), under more loads.
+
+    Forces over m c at the force's point and torques over m c L: by their components in fixed axes, and those that turn with the
+    body in the frame.
+    """
     e_x, e_y, n, rho, f11, f12, f22, r, j, w1, w2, p = _body(y, coef, lane, width)
     kappa = coef[at.KAPPA * width + lane]
     r1, r2, r3 = r
@@ -120,11 +132,15 @@ def free(y, spin, coef, lane, width):
         coef[_AX * width + lane], coef[_AY * width + lane], coef[_AZ * width + lane], e_x, e_y, n, f11, f12, f22
     )
     k1, k2, k3 = _in_frame(
-        coef[_KX * width + lane], coef[_KY * width + lane], coef[_KZ * width + lane], e_x, e_y, n, f11, f12, f22
-    )
+        coef[_KX * width + lane] + force[0], coef[_KY * width + lane] + force[1], coef[_KZ * width + lane] + force[2],
+        e_x, e_y, n, f11, f12, f22,
+    )  # fmt: skip
     t1, t2, t3 = _in_frame(
-        coef[_TX * width + lane], coef[_TY * width + lane], coef[_TZ * width + lane], e_x, e_y, n, f11, f12, f22
-    )
+        coef[_TX * width + lane] + torque[0], coef[_TY * width + lane] + torque[1], coef[_TZ * width + lane] + torque[2],
+        e_x, e_y, n, f11, f12, f22,
+    )  # fmt: skip
+    k1, k2, k3 = k1 + turned_force[0], k2 + turned_force[1], k3 + turned_force[2]
+    t1, t2, t3 = t1 + turned_torque[0], t2 + turned_torque[1], t3 + turned_torque[2]
     m1, m2, m3 = _cross(r1, r2, r3, g1, g2, g3)
     l1, l2, l3 = _cross(p[0], p[1], p[2], k1, k2, k3)
     a1, a2, a3 = a1 + g1 + k1, a2 + g2 + k2, a3 + g3 + k3
@@ -169,7 +185,14 @@ def free(y, spin, coef, lane, width):
         jv3,
         driven,
     )
-    ax, ay, bx, by, s, hold = solve(fx, fy, gx, gy, n3, factors)
+    if spun is None:
+        ax, ay, bx, by, s, hold = solve(fx, fy, gx, gy, n3, factors)
+    else:
+        # What the drive gives to Omega is known: its terms go to the other side.
+        fx, fy = fx - sx * spun, fy - sy * spun
+        gx, gy = gx - ju3 * spun, gy - jv3 * spun
+        ax, ay, bx, by, s, hold = solve(fx, fy, gx, gy, n3 - j[2] * spun, factors)
+        s += spun
     return ax, ay, bx, by, s, hold, factors
 
 
@@ -224,7 +247,7 @@ def turn(y, spin, h, k, first, coef, lane, width):
 
 
 @device
-def normalise(y, lane, width):
+def normalise(y, coef, lane, width):
     """Back to cos^2 + sin^2 = 1."""
     cos, sin = y[at.COS * width + lane], y[at.SIN * width + lane]
     to_1 = 1.0 / math.sqrt(cos * cos + sin * sin)

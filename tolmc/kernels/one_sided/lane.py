@@ -326,6 +326,7 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
             drive = (l_d * pd[5] + l_e * pe[5]) / coef[at.KAPPA * WIDTH + lane]
             lanes[at.DRIVE_INTEGRAL * WIDTH + lane] += drive
             lanes[at.WORK * WIDTH + lane] += drive * y[at.SPIN_RATE * WIDTH + lane]
+            lanes[at.DRIVE_WORK * WIDTH + lane] += drive * y[at.SPIN_RATE * WIDTH + lane]
 
     @routine
     def jump(y, coef, lanes, log, lane, kind, gap, rate):

@@ -16,12 +16,14 @@ O_X, O_Y, W_X, W_Y, OV_X, OV_Y, WV_X, WV_Y, SPIN_RATE, COS, SIN = range(11)
 # What is given for each sample beside the parameters: the start, SI units, and the laws of contact. ON_D and ON_E are 1 where
 # the start lies on the wall by construction; LOSS is -1, or the end (0: D, 1: E) that has just left the wall; REST is the
 # height over c below which a bounce is not followed. A RESTITUTION below 0 ends the motion where it loses contact; HELD is 1
-# where a drive holds Omega.
+# where a drive says Omega. PHASE_1 on are the phases of what swings: the parts of the loads, and last the drive; TURNS_1 on
+# are 1 where a part's axes turn with the body.
 (
     START_X, START_Y, START_U, START_V, START_X_RATE, START_Y_RATE, START_U_RATE, START_V_RATE, CHI, OMEGA, TIME,
     ON_D, ON_E, LOSS, RESTITUTION, STIFFNESS, FRICTION, SLIP_SPEED, REST, HELD,
-) = range(20)  # fmt: skip
-GIVEN = 20
+    PHASE_1, PHASE_2, PHASE_3, PHASE_4, PHASE_DRIVE, TURNS_1, TURNS_2, TURNS_3, TURNS_4,
+) = range(29)  # fmt: skip
+GIVEN = 29
 
 # Coefficients that every body and section has; a body's own follow from FIRST on.
 (
@@ -31,16 +33,17 @@ GIVEN = 20
 FIRST = 21
 
 # What is known of a lane at one instant; with friction MARGIN is positive where the closed contacts' forces are determined,
-# SLOW negative where one of them slides more slowly than the slip speed, WHIRL the sum of the closed ends' polar rates.
+# SLOW negative where one of them slides more slowly than the slip speed, WHIRL the sum of the closed ends' polar rates; where
+# something swings DRIVE_POWER is the drive's.
 (
     N_D, N_E, GAP_D, GAP_E, RATE_D, RATE_E, ACC_D, ACC_E, W2, W2_RATE, KINETIC, POTENTIAL, POWER, SLIP_D, SLIP_E, HEAT,
-    TORQUE, SLOW, MARGIN, WHIRL, DRIVE,
-) = range(21)  # fmt: skip
-SEEN = 21
+    TORQUE, SLOW, MARGIN, WHIRL, DRIVE, DRIVE_POWER,
+) = range(22)  # fmt: skip
+SEEN = 22
 
 # What is taken at every stage: the forces, |w|^2, and where there is friction or a torque their powers; TORQUE is the size of
 # friction's moment about the axis, DRIVE the moment that holds Omega.
-S_D, S_E, S_W2, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE = range(10)
+S_D, S_E, S_W2, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE, S_DRIVE_POWER = range(11)
 
 # What a lane carries along.
 (
@@ -52,8 +55,9 @@ S_D, S_E, S_W2, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE 
     ENERGY_0, ENERGY_ERROR, ENERGY_SCALE, PENETRATION, STATUS, EVENTS, ROUNDS,
     LOST_AT, HIT_AT, IMPACT_LOSS,
     COUNT_D, COUNT_E, SPEED_D, SPEED_E, IMPULSE_D, IMPULSE_E, TOTAL_D, TOTAL_E, PEAK_D, PEAK_E, CLOSING_D, CLOSING_E,
-) = range(54)  # fmt: skip
-CARRIED = 54
+    DRIVE_WORK,
+) = range(55)  # fmt: skip
+CARRIED = 55
 
 # What becomes of a lane after a round: the start is kept and the step shortened, or the step is taken; then an event.
 KEEP, TAKE, IMPACT, RELEASE_D, RELEASE_E, RELEASE_BOTH, FALL_BACK_D, FALL_BACK_E, START = range(9)
@@ -68,8 +72,9 @@ KEEP, TAKE, IMPACT, RELEASE_D, RELEASE_E, RELEASE_BOTH, FALL_BACK_D, FALL_BACK_E
     R_ENERGY_ERROR, R_PENETRATION,
     R_X, R_Y, R_AXIS_X, R_AXIS_Y, R_AXIS_Z, R_OMEGA, R_CLOSED_D, R_CLOSED_E,
     R_SLIP_D, R_SLIP_E, R_HEAT, R_TORQUE, R_TORQUE_MAX, R_SLOW, R_TURN, R_DRIVE, R_DRIVE_MAX,
-) = range(48)  # fmt: skip
-RESULTS = 48
+    R_DRIVE_WORK,
+) = range(49)  # fmt: skip
+RESULTS = 49
 
 # Rows of a record along one motion.
 (

@@ -127,6 +127,7 @@ def build(equations: Equations, lane_functions: Lane) -> Samples:
         out[at.R_TORQUE_MAX, i] = joule * lanes[at.TORQUE_MAX * WIDTH + lane]
         out[at.R_SLOW, i], out[at.R_TURN, i] = lanes[at.TIME_SLOW * WIDTH + lane], lanes[at.TURN * WIDTH + lane]
         out[at.R_DRIVE, i] = joule * lanes[at.DRIVE_INTEGRAL * WIDTH + lane]
+        out[at.R_DRIVE_WORK, i] = joule * lanes[at.DRIVE_WORK * WIDTH + lane]
         out[at.R_DRIVE_MAX, i] = joule * lanes[at.DRIVE_MAX * WIDTH + lane]
 
     @routine

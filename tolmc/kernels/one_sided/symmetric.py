@@ -21,6 +21,7 @@ from tolmc.kernels.jit import device
 from tolmc.kernels.one_sided import layout as at
 
 SPINS = False  # whether the spin's rate is part of the body's equations even without friction
+SWINGS = False  # whether loads or a drive swing
 STATE = 8
 COEFFICIENTS = at.FIRST + 6
 
@@ -130,5 +131,5 @@ def turn(y, spin, h, k, first, coef, lane, width):
 
 
 @device
-def normalise(y, lane, width):
+def normalise(y, coef, lane, width):
     """Back to cos^2 + sin^2 = 1: nothing to do here."""
