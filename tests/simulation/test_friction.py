@@ -258,3 +258,27 @@ def test_what_friction_has_no_use_for_is_refused():
     point = tolmc.Body(1.0, (0, 0, 0), (1.0, 1.0, 0.0))
     with pytest.raises(ValueError, match="no spin dynamics under friction"):
         tolmc.simulate_many(replace(rough, body=point), **dimensions(rough))
+
+
+# Where no forces solve the contact
+
+
+@pytest.mark.parametrize("restitution", [None, 0.5])
+@pytest.mark.parametrize("place", [(-0.03, 0.002), (-0.01, 0.0)])
+def test_a_contact_without_forces_has_a_status_from_its_closed_form_on(place, restitution):
+    """A journal that lies parallel at the bottom and turns with Omega > 0: O's acceleration per unit normal force is
+
+        1/m + (x_C^2 + mu x_C (r* + y_C))/I_C
+
+    with the moment of inertia I_C about the centre of mass; where it is not positive no force keeps the wall (Painleve).
+    """
+    x, y = place
+    body = tolmc.Body.from_centroidal(2.0, (x, y, 0.0), (1e-4, 1e-4, 1e-4))
+    critical = (1e-4 / body.mass + x * x) / (-x * (PAPER_JOINT.journal_radius + y))
+    statuses = []
+    for mu in (0.99 * critical, 1.01 * critical):
+        joint = replace(PAPER_JOINT, friction=mu, slip_speed=1e-6, restitution=restitution)
+        start = tolmc.Motion(-math.pi / 2, -math.pi / 2, spin_rate=1.0)
+        row = row_of(tolmc.Scene(joint, body, tolmc.Loads((0, -9.81, 0)), start, 1e-7), step=1e-8)
+        statuses.append(row.status)
+    assert statuses == ["ok", "no contact forces"]
