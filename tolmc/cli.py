@@ -276,8 +276,9 @@ def allocate(study: Path, out: Path | None) -> None:
 def life(study: Path, samples: int | None, seed: int | None, workers: int | None, out: Path | None) -> None:
     """Follow the wear of STUDY's joint over its running time.
 
-    Clearance, forces, tilt and the share of the parts inside their limits against hours, and the hours after which too many
-    break one. Started again, it goes on where it was stopped.
+    STUDY is a study file, or the directory of a run whose report then shows it. Clearance, forces, tilt and the share of the
+    parts inside their limits against hours, and the hours after which too many break one. Started again, it goes on where it
+    was stopped.
     """
     from tolmc.commands.life import life_study
 

@@ -13,7 +13,7 @@ from tolmc.allocation.explored import Explored
 from tolmc.analysis.failure_sources import failure_sources
 from tolmc.analysis.from_samples import first_order, rank_correlation
 from tolmc.errors import InputError
-from tolmc.report import notes
+from tolmc.report import notes, rubbing
 from tolmc.report.answer import Answer, answer, question
 from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
 from tolmc.report.explorer.content import explorer_content, parts_of
@@ -33,6 +33,7 @@ from tolmc.study.sections import TARGET_YIELD
 from tolmc.study.study import Study
 from tolmc.tables.dimensions import constants_table, dimensions_table
 from tolmc.tables.influence import contributions_table, failures_table, indices_table
+from tolmc.tables.life import life_table, shown_in
 from tolmc.tables.next_changes import next_changes_table
 from tolmc.tables.outputs import budget_table, outputs_table, statuses_table
 from tolmc.tables.requirements import capability_table, requirements_table
@@ -54,6 +55,7 @@ TABLES = {
     "yields.csv": "requirement",
     "one_at_a_time.csv": "dimension",
     "next_changes.csv": None,
+    "life.csv": "hours",
 }
 
 
@@ -73,6 +75,8 @@ def report_content(run: RunDirectory) -> dict:
         "explorer": content.explorer(sum(len(picture) for _, picture in pictures.values())),
         "losses": losses(content.samples, study.scene.duration),
         "relations": notes.relations(study),
+        "rubbing": rubbing.of_rubbing(study, content.summary),
+        "life": rubbing.of_life(run.path),
         "curves": content.curves(),
         "width": WIDTH,
         "height": HEIGHT,
@@ -261,6 +265,8 @@ class _Content:
             yield outputs_table(self.summary, self.study.specification)
             yield budget_table(self.summary)
         yield statuses_table(self.statuses)
+        if (life := self._table("life.csv")) is not None:
+            yield life_table(life, self.study, shown_in(life))
         if (stackup := self._table("stackup.csv")) is not None:
             yield stackup_table(stackup)
             yield accelerated_table(stackup)

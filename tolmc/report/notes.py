@@ -136,13 +136,18 @@ def limits(study: Study) -> list[str]:
     return [
         *_of_wall(study),
         _section(study.scene.joint_in_operation),
-        "Bore and journal are perfect cylinders: errors of form (roundness, straightness, coaxiality), roughness, wear and "
-        "thermal expansion have to be part of the limits of R*, r* and L.",
+        "Bore and journal are perfect cylinders: errors of form (roundness, straightness, coaxiality), roughness"
+        f"{_of_operation(study)} have to be part of the limits of R*, r* and L.",
         f"One motion is judged: this start, these loads, {phrases.quantity('status_time', study.scene.duration)}. Other "
         "starts, other loads and longer times may be worse.",
         "The parts follow the distributions in the table of dimensions. Other machines, worn tools or sorted parts give other "
         "yields.",
     ]
+
+
+def _of_operation(study: Study) -> str:
+    """What temperature and wear are left to: limits, unless the study has its conditions of operation."""
+    return "" if study.scene.operating is not None else ", wear and thermal expansion"
 
 
 def _of_wall(study: Study) -> list[str]:

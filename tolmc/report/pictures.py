@@ -20,6 +20,8 @@ PICTURES = {
     "and polar angles.",
     "worst.png": "The motion of the sample that lies furthest out of its limits, or nearest to one where none is out; tolmc "
     "replay gives its dimensions.",
+    "life.png": "Outputs against running time: median and the band from 5 % to 95 % of the parts, limits, and the share of the "
+    "parts inside every limit. Dotted: the life.",
 }  # fmt: skip
 
 # Drawings have few colours: with so many to choose from, a third of the bytes shows the same.

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+
+import pandas as pd
 
 from tolmc import quantities
 from tolmc.runs.life import LifeResult
+from tolmc.study.study import Study
 from tolmc.tables.table import Estimated, Note, Share, Table, cells
 from tolmc.text.phrases import unit
 from tolmc.text.plain import number
@@ -16,15 +19,28 @@ _MOST_COLUMNS = 4
 
 def life_blocks(result: LifeResult) -> Iterator[Table | Note]:
     """The table against running time, and the life in a sentence."""
-    yield _table(result)
-    yield Note(life_sentence(result), strong=_hours(result.life.value), is_apart=True)
-    yield Note(_how(result))
+    yield life_table(result.table, result.study, result.shown[:_MOST_COLUMNS])
+    first, *others = life_sentences(result)
+    yield Note(first, strong=_hours(result.life.value), is_apart=True)
+    yield from map(Note, others)
+
+
+def life_sentences(result: LifeResult) -> list[str]:
+    """The life, how it was found, and what is not known."""
+    sentences = [life_sentence(result), _how(result)]
     unknown = int(result.table["unknown"].max())
     if unknown:
-        yield Note(
+        sentences.append(
             f"Up to {unknown:,} of {result.study.samples:,} parts have no numbers at some time (contact lost, or a motion that "
             "failed); the shares and the life's interval count them both ways."
         )
+    return sentences
+
+
+def shown_in(table: pd.DataFrame) -> tuple[str, ...]:
+    """The outputs of a table against running time, as many as a page has room for."""
+    names = (column.removesuffix(" q50") for column in table if column.endswith(" q50"))
+    return tuple(name for name in names if quantities.is_known(name))[:_MOST_COLUMNS]
 
 
 def life_sentence(result: LifeResult) -> str:
@@ -62,10 +78,11 @@ def _how(result: LifeResult) -> str:
     )
 
 
-def _table(result: LifeResult) -> Table:
-    shown = result.shown[:_MOST_COLUMNS]
+def life_table(table: pd.DataFrame, study: Study, shown: Iterable[str]) -> Table:
+    """The ``shown`` outputs and the share of good parts against running time, of :class:`tolmc.runs.life.LifeResult`."""
+    shown = tuple(shown)
     rows = []
-    for hours, row in result.table.iterrows():
+    for hours, row in table.iterrows():
         values: list[Estimated | str] = []
         for name in shown:
             factor = quantities.shown(name)[1]
@@ -77,9 +94,9 @@ def _table(result: LifeResult) -> Table:
         "life",
         ("Hours", *heads, "inside the limits"),
         tuple(rows),
-        title=f"{result.study.title}: {result.study.samples:,} parts that wear",
+        title=f"{study.title}: {study.samples:,} parts that wear",
         caption="Medians over the parts with their 95 % intervals, ranges between 5 % and 95 % of the parts, and the share of "
         "the parts that keep every limit.",
-        frame=result.table,
+        frame=table,
         is_dense=True,
     )
