@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from tolmc.mechanism.scene import Motion as Motion
     from tolmc.mechanism.scene import Scene as Scene
     from tolmc.report.write import write_report as write_report
+    from tolmc.runs.life import LifeResult as LifeResult
+    from tolmc.runs.life import life as life
     from tolmc.runs.run import StudyResult as StudyResult
     from tolmc.runs.run import replay as replay
     from tolmc.runs.run import resume as resume
@@ -37,6 +39,7 @@ _HOME = {
     "Dimension": "tolerances.dimension",
     "Harmonic": "mechanism.loads",
     "Joint": "mechanism.scene",
+    "LifeResult": "runs.life",
     "Loads": "mechanism.loads",
     "Motion": "mechanism.scene",
     "Operating": "mechanism.operating",
@@ -49,6 +52,7 @@ _HOME = {
     "allocate": "commands.allocate",
     "approximate_radius": "mechanism.geometry",
     "effective_radius": "mechanism.geometry",
+    "life": "runs.life",
     "load_study": "study.file",
     "replay": "runs.run",
     "resume": "runs.run",

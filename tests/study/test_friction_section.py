@@ -1,5 +1,7 @@
 """Friction and the drive in a study file: units, tolerances, and what they have no use for."""
 
+import math
+
 import pytest
 from small_study import write
 
@@ -46,3 +48,18 @@ def test_a_drive_is_read(tmp_path):
 def test_what_cannot_be_is_named(tmp_path, old, new, complaint):
     with pytest.raises(StudyError, match=complaint):
         load(tmp_path, (old, new))
+
+
+def test_outputs_of_friction_drive_and_wear_may_have_limits_with_units(tmp_path):
+    limits = {
+        "friction_torque_max": ("0.2 N m", 0.2), "friction_power_mean": ("5 W", 5.0), "slip_work_D": ("2 kJ", 2000.0),
+        "drive_torque_mean": ("30 N mm", 0.03), "drive_power_mean": ("0.01 kW", 10.0), "slow_share": ("5 %", 0.05),
+        "whirl_rate_mean": ("60 rpm", 2 * math.pi), "wear_rate": ("3.6 mm^3/h", 1e-12),
+    }  # fmt: skip
+    table = "".join(f'{name} = {{ max = "{text}" }}\n' for name, (text, _) in limits.items())
+    study = load(tmp_path, ("[specification]\n", f"[specification]\n{table}"))
+    for name, (_, value) in limits.items():
+        assert study.specification[name]["max"] == pytest.approx(value, rel=1e-14), name
+    wrong = table.replace("3.6 mm^3/h", "3.6 mm^3")
+    with pytest.raises(StudyError, match="not that of a volume per time"):
+        load(tmp_path, ("[specification]\n", f"[specification]\n{wrong}"))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -28,6 +28,7 @@ from tolmc.mechanism.wear import bore_depth, journal_depth
 from tolmc.runs.files import write_whole
 from tolmc.runs.integrate import integrate_study, status_words, study_plan
 from tolmc.runs.nominal import study_motion
+from tolmc.runs.progress import progress
 from tolmc.simulation.trajectory import Trajectory
 from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.life import part_lives
@@ -35,6 +36,7 @@ from tolmc.statistics.observations import Observations
 from tolmc.statistics.outcomes import ANY_REQUIREMENT, failed
 from tolmc.statistics.rows import Rows
 from tolmc.statistics.summary import as_columns, summarise_requirements
+from tolmc.study.file import load_study
 from tolmc.study.sections import LifeSection
 from tolmc.study.study import Study, StudyError
 from tolmc.tolerances.draw import sample
@@ -92,12 +94,12 @@ def life_section(study: Study) -> LifeSection:
     return study.life
 
 
-def life(study: Study, *, keep: Path | None = None) -> LifeResult:
+def life(study: Study | Mapping[str, Any] | str | Path, *, keep: Path | None = None) -> LifeResult:
     """Follow the wear of a study's parts over their running time.
 
     Parameters
     ----------
-    study : Study
+    study : Study, path, or mapping as :meth:`tolmc.study.study.Study.from_dict` takes it
         With a [life] table, [contact] wear_coefficient, and limits.
     keep : path, optional
         Directory where every step's samples are kept; steps of the same study that are there already are not computed again.
@@ -107,17 +109,22 @@ def life(study: Study, *, keep: Path | None = None) -> LifeResult:
     StudyError
         Where something of that is missing, or the nominal joint has no motion.
     """
+    if isinstance(study, Mapping):
+        study = Study.from_dict(study)
+    study = study if isinstance(study, Study) else load_study(study)
     section = life_section(study)
     if not study.specification:
         raise StudyError(f"{study.title}: [specification] is missing; a life ends where limits are broken.")
     if study.outputs is not None:
         study = replace(study, outputs=tuple(dict.fromkeys([*study.outputs, "wear_rate", "approximate_radius"])))
     arc = section.contact_arc
-    arc = contact_arc(study_motion(study)) if arc is None else min(arc, 2.0 * math.pi)
-    steps, error = (section.steps, math.nan) if section.steps else _chosen_steps(study, section, arc)
+    with progress(f"{study.title}: choosing the steps of running time"):
+        arc = contact_arc(study_motion(study)) if arc is None else min(arc, 2.0 * math.pi)
+        steps, error = (section.steps, math.nan) if section.steps else _chosen_steps(study, section, arc)
     parts = sample(study.tolerances, study.samples, sampling=study.sampling, seed=study.seed, total=study.samples)
     hours = np.linspace(0.0, section.running_time / HOUR, steps + 1)
-    frames = [_needed(study, frame) for frame in _aged(study, parts, section, steps, arc, keep)]
+    with progress(study.title, (steps + 1) * study.samples) as counted:
+        frames = [_needed(study, table) for table in counted(_aged(study, parts, section, steps, arc, keep))]
     shown = _shown(study, frames[0])
     return LifeResult(study, shown, *_found(study, section, hours, frames), contact_arc=arc, step_error=error)
 
@@ -143,7 +150,7 @@ def _chosen_steps(study: Study, section: LifeSection, arc: float) -> tuple[int, 
     nominal = pd.DataFrame([{dimension.name: dimension.nominal for dimension in study.tolerances.dimensions}])
 
     def opened(steps: int) -> float:
-        first, *_, last = _aged(study, nominal, section, steps, arc, None)
+        first, *_, last = (table.to_pandas() for table in _aged(study, nominal, section, steps, arc, None))
         if first["status"].iloc[0] != "ok":
             raise StudyError(
                 f"{study.title}: the nominal motion is {first['status'].iloc[0]!r}; nothing says what it wears."
@@ -161,7 +168,7 @@ def _chosen_steps(study: Study, section: LifeSection, arc: float) -> tuple[int, 
 
 def _aged(
     study: Study, parts: pd.DataFrame, section: LifeSection, steps: int, arc: float, keep: Path | None
-) -> Iterator[pd.DataFrame]:
+) -> Iterator[pa.Table]:
     """The parts at the start and after every step of running time: dimensions, outputs, ``worn_volume`` (m^3)."""
     nominal = study.scene.scalars
     new = {
@@ -178,12 +185,12 @@ def _aged(
                 + bore_depth((1.0 - section.journal_share) * area, bore, journal, arc),
                 "journal_wear": new["journal_wear"] + journal_depth(section.journal_share * area, journal),
             }
-        frame = _study_of(
+        table = _study_of(
             study, parts.assign(**worn, worn_volume=volume), _step_file(keep, step), f"{steps} {arc!r} {step}"
         )
-        yield frame
+        yield table
         # A part without a motion wears no further: it stays without one.
-        rate = np.nan_to_num(frame["wear_rate"].to_numpy())
+        rate = np.nan_to_num(table["wear_rate"].to_numpy())
         volume = volume + length * np.maximum(rate if before is None else 1.5 * rate - 0.5 * before, 0.0)
         before = rate
 
@@ -192,7 +199,7 @@ def _step_file(keep: Path | None, step: int) -> Path | None:
     return None if keep is None else keep / f"step_{step:04d}.parquet"
 
 
-def _study_of(study: Study, parts: pd.DataFrame, path: Path | None, step: str) -> pd.DataFrame:
+def _study_of(study: Study, parts: pd.DataFrame, path: Path | None, step: str) -> pa.Table:
     """Samples of the worn parts; from the file of an earlier start where it holds them."""
     stamp = {
         b"tolmc.life": hashlib.sha256(f"{study.sha256} {study.samples} {study.seed} {step}".encode())
@@ -202,7 +209,7 @@ def _study_of(study: Study, parts: pd.DataFrame, path: Path | None, step: str) -
     if path is not None and path.exists():
         kept = pq.read_table(path)
         if (kept.schema.metadata or {}).get(b"tolmc.life") == stamp[b"tolmc.life"]:
-            return kept.to_pandas()
+            return kept
     volume = parts.pop("worn_volume")
     worn = ("bearing_wear", "journal_wear")
     plan = study_plan(study, {name: (np.nanmin(parts[name]), np.nanmax(parts[name])) for name in worn})
@@ -212,7 +219,7 @@ def _study_of(study: Study, parts: pd.DataFrame, path: Path | None, step: str) -
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, partial(pq.write_table, table))
-    return table.to_pandas()
+    return table
 
 
 def _found(
@@ -238,10 +245,10 @@ def _shown(study: Study, frame: pd.DataFrame) -> tuple[str, ...]:
     return tuple(name for name in dict.fromkeys([*study.specification, *SHOWN]) if name in frame)
 
 
-def _needed(study: Study, frame: pd.DataFrame) -> pd.DataFrame:
+def _needed(study: Study, table: pa.Table) -> pd.DataFrame:
     """What is asked of every step's samples, which are all kept at once."""
-    judged_by = [name for name in ("status", "contact_loss_time") if name in frame]
-    return frame[[*dict.fromkeys([*_shown(study, frame), "worn_volume", *judged_by])]]
+    names = [*_shown(study, frame := table.to_pandas()), "worn_volume", "status", "contact_loss_time"]
+    return frame[[name for name in dict.fromkeys(names) if name in frame]]
 
 
 def _bands(frame: pd.DataFrame, shown: tuple[str, ...], rows: Rows) -> dict[str, float]:
