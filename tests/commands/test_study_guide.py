@@ -8,6 +8,7 @@ import zipfile
 
 import jsonschema
 import pytest
+import wearing_study
 from places import ROOT, STUDIES
 from small_study import TEXT, write
 
@@ -140,3 +141,17 @@ def test_the_wheel_has_everything_of_the_package(tmp_path):
     (wheel,) = tmp_path.glob("*.whl")
     packed = set(zipfile.ZipFile(wheel).namelist())
     assert {name for name in tracked if name.startswith("tolmc/")} - packed == set()
+
+
+def test_check_says_what_rubs_swings_and_wears(tmp_path):
+    terms = (
+        '[loads]\nforce_terms = [ { amplitude = [0, "2 N", 0], frequency = "25 Hz", phase = "90 deg", axes = "body" } ]'
+    )
+    swing = '{ amplitude = "30 deg", frequency = "0.5 Hz" }'
+    study = wearing_study.study(tmp_path, ("[loads]", terms), ('drive = "constant speed"', f"drive = {swing}"))
+    _, _, understood, *_ = understood_blocks(study)
+    facts = {row[0].content: row[1].content for row in understood.rows}
+    assert facts["Drive"] == "swings by ±30 deg at 0.5 Hz"
+    assert "force term 1 (0, 2, 0) N at 25 Hz, phase 90 deg in axes that turn with the body" in facts["Loads"]
+    assert facts["Contact"] == "friction 0.15 at slips above 0.0001 m/s, wear 0.00001 mm³/(N m)"
+    assert "5 % of the parts break a limit, up to 1000 h" in facts["Life"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import product
 
 import numpy as np
@@ -11,18 +11,20 @@ import numpy as np
 from tolmc import quantities
 from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.mechanism.geometry import tilt_angle
+from tolmc.mechanism.loads import Harmonic, Oscillation
 from tolmc.mechanism.scene import Scene
 from tolmc.study.slips import slips
 from tolmc.study.study import Study
 from tolmc.tables.dimensions import dimensions_table
 from tolmc.tables.table import Column, Note, Table, cells
-from tolmc.text.phrases import SAMPLINGS
+from tolmc.text.phrases import SAMPLINGS, quantity
 from tolmc.tolerances.interference import interference_note
 
 # What a motion costs, for a word about the time a run takes: the steps for a radian of its fastest oscillation at the default
 # accuracy, seconds a step on one core with all statistics (symmetric body, any other), seconds of everything else.
 _STEPS_A_RADIAN = 3.5
 _STEP_SECONDS = {True: 0.2e-6, False: 0.8e-6}
+_RUBBING = 4.0  # how much more with friction, wear, a drive, or loads that swing
 _OVERHEAD = 2.0
 
 
@@ -30,7 +32,14 @@ def understood_blocks(study: Study) -> Iterator[Table | Note]:
     """Dimensions, joint, body, loads and start, what will be computed and about how long that takes; what to mind."""
     yield Note(study.title, strong=study.title, is_apart=True)
     yield dimensions_table(study)
-    facts = [*_joint(study), *_body(study.scene), *_loads(study.scene), *_motion(study.scene), *_computed(study)]
+    facts = [
+        *_joint(study),
+        *_body(study.scene),
+        *_loads(study.scene),
+        *_contact(study.scene),
+        *_motion(study.scene),
+        *_computed(study),
+    ]
     yield Table(
         "understood",
         ("", Column("", words=True)),
@@ -79,8 +88,39 @@ def _loads(scene: Scene) -> Iterator[tuple[str, str]]:
         "force": (scene.loads.force, "N"),
         "torque": (scene.loads.torque, "N m"),
     }
-    words = [f"{name} ({', '.join(f'{x:.4g}' for x in v)}) {unit}" for name, (v, unit) in loads.items() if v and any(v)]
+    words = [f"{name} {_vector(v)} {unit}" for name, (v, unit) in loads.items() if v and any(v)]
+    for name, term in scene.loads.terms.items():
+        axes = "" if term.axes == "fixed" else " in axes that turn with the body"
+        words.append(
+            f"{name.replace('_', ' ')} {_vector(term.amplitude)} {quantities.unit(f'{name}_x')}{_swing(term)}{axes}"
+        )
     yield "Loads", "; ".join(words) or "none"
+    drive = scene.loads.drive
+    if isinstance(drive, Oscillation):
+        yield "Drive", f"swings by ±{math.degrees(drive.amplitude):.4g} deg{_swing(drive)}"
+    elif scene.loads.is_driven:
+        yield "Drive", "holds the spin rate of the start"
+
+
+def _vector(values: Iterable[float]) -> str:
+    return f"({', '.join(f'{value:.4g}' for value in values)})"
+
+
+def _swing(part: Oscillation | Harmonic) -> str:
+    phase = f", phase {math.degrees(part.phase):.4g} deg" if part.phase else ""
+    return f" at {part.frequency:.4g} Hz{phase}"
+
+
+def _contact(scene: Scene) -> Iterator[tuple[str, str]]:
+    joint, words = scene.joint, []
+    if joint.restitution is not None:
+        words.append(f"restitution {joint.restitution:.4g}")
+    if joint.friction:
+        words.append(f"friction {joint.friction:.4g} at slips above {quantity('slip_speed', joint.slip_speed)}")
+    if joint.wear_coefficient:
+        words.append(f"wear {quantity('wear_coefficient', joint.wear_coefficient, 4)}")
+    if words:
+        yield "Contact", ", ".join(words)
 
 
 def _motion(scene: Scene) -> Iterator[tuple[str, str]]:
@@ -106,6 +146,12 @@ def _computed(study: Study) -> Iterator[tuple[str, str]]:
             if end in limits
         ]
         yield "Requirement", f"{quantities.label(name)} {' and '.join(words)}"
+    if study.life is not None:
+        share = 100 * study.life.broken_share
+        yield (
+            "Life",
+            f"tolmc life: hours until {share:.4g} % of the parts break a limit, up to {study.life.running_time / 3600:.4g} h",
+        )
     yield "Takes", about(seconds(study))
 
 
@@ -115,7 +161,9 @@ def seconds(study: Study) -> float:
         return _OVERHEAD + 1e-6 * study.samples
     scene = study.scene
     steps = scene.duration / study.step if study.step else 10 + _STEPS_A_RADIAN * _fastest_rate(scene) * scene.duration
-    each = steps * _STEP_SECONDS[scene.body.is_symmetric] * (2 if study.halving else 1)
+    each = (
+        steps * _STEP_SECONDS[scene.body.is_symmetric] * (2 if study.halving else 1) * (_RUBBING if scene.rubs else 1.0)
+    )
     return _OVERHEAD + study.samples * each / study.workers
 
 
@@ -131,6 +179,7 @@ def _fastest_rate(scene: Scene) -> float:
         abs(start.alpha_rate),
         abs(start.beta_rate),
         abs(start.spin_rate) * (body.inertia[2, 2] / transverse if body.is_symmetric else 1.0),
+        *(2 * math.pi * value for name, value in loads.scalars.items() if name.endswith("frequency")),
     )
 
 
