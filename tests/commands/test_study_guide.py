@@ -153,5 +153,5 @@ def test_check_says_what_rubs_swings_and_wears(tmp_path):
     facts = {row[0].content: row[1].content for row in understood.rows}
     assert facts["Drive"] == "swings by ±30 deg at 0.5 Hz"
     assert "force term 1 (0, 2, 0) N at 25 Hz, phase 90 deg in axes that turn with the body" in facts["Loads"]
-    assert facts["Contact"] == "friction 0.15 at slips above 0.0001 m/s, wear 0.00001 mm³/(N m)"
+    assert facts["Contact"] == "friction 0.15 at slips above 0.0001 m/s, wear 1·10⁻⁵ mm³/(N m)"
     assert "5 % of the parts break a limit, up to 1000 h" in facts["Life"]
