@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from one_sided_rows import row_of
 from scenes import PAPER_JOINT, SYMMETRIC, UNBALANCED, dimensions
+from small_study import write
 from twins.newton_euler import SlidingBody
 
 import tolmc
@@ -177,6 +178,29 @@ def test_what_swings_may_carry_a_tolerance():
         assert samples.friction_work.nunique() == (1 if name == "force_term_1_z" else 5), name
     below = tolmc.simulate_many(scene, **dimensions(scene), parameters={"drive_frequency": [-1.0]}, step=1e-3)
     assert below.status[0] == "body invalid"
+
+
+def test_a_run_with_what_swings_goes_on_with_the_same_bits(tmp_path):
+    swing = (
+        '[loads]\ndrive = { amplitude = "30 deg", frequency = 5 }\n'
+        'force_terms = [ { amplitude = [0, 1, 0], frequency = 9, axes = "body" } ]\n'
+    )
+    study = tolmc.load_study(
+        write(tmp_path, ("[loads]", swing), ("samples = 3000", "samples = 48"), ('"0.1 s"', '"0.02 s"'))
+    )
+    whole = tolmc.run(study, samples=64)
+    tolmc.run(study, out=tmp_path / "run")
+    longer = tolmc.resume(tmp_path / "run", extend=16)
+    numbers = whole.samples.select_dtypes(float)
+    np.testing.assert_array_equal(longer.samples[list(numbers)].to_numpy(), numbers.to_numpy())
+    assert (whole.samples.status == "ok").all()
+
+
+@pytest.mark.parametrize("options", [{"formulation": "published"}, {"on_contact_loss": "continue"}, {"halving": True}])
+def test_what_loads_that_swing_have_no_use_for_is_refused(options):
+    scene = replace(SYMMETRIC, loads=replace(SYMMETRIC.loads, force_terms=tolmc.Harmonic((1, 0, 0), 5.0)))
+    with pytest.raises(ValueError, match="loads that swing"):
+        tolmc.simulate_many(scene, **dimensions(scene), **options)
 
 
 # Bad input

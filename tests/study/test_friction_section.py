@@ -42,7 +42,11 @@ def test_a_drive_is_read(tmp_path):
         ('"2 mm/s"', '"0 mm/s"', "slip_speed"),
         ('"2 mm/s"', '"2 mm"', "'mm' is not that of a speed"),
         ("[loads]", '[loads]\ndrive = "motor"', "constant speed"),
-        ("[monte_carlo]", '[monte_carlo]\non_contact_loss = "continue"', "with friction or a drive the motion ends"),
+        (
+            "[monte_carlo]",
+            '[monte_carlo]\non_contact_loss = "continue"',
+            "with friction, wear, a drive or loads that swing the motion ends",
+        ),
     ],
 )
 def test_what_cannot_be_is_named(tmp_path, old, new, complaint):

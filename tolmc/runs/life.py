@@ -178,7 +178,7 @@ def _aged(
     volume, before = np.zeros(len(parts)), None
     length = section.running_time / steps
     for step in range(steps + 1):
-        with np.errstate(invalid="ignore"):  # parts without a joint have no wear either
+        with np.errstate(all="ignore"):  # parts without a joint have no wear either
             area = volume / (2.0 * half_length)
             worn = {
                 "bearing_wear": new["bearing_wear"]

@@ -106,5 +106,6 @@ def _check_free_body(scene: Scene) -> None:
     if not moments[0] > 1e-9 * np.abs(scene.body.inertia).max():
         raise ValueError(
             f"Body: the moments of inertia about the centre of mass across the axis are {moments.tolist()} kg m^2; a journal "
-            "that may leave the wall, or has friction or a drive, needs them > 0. Give the body's own inertia."
+            "that may leave the wall, or has friction, wear, a drive or loads that swing, needs them > 0. Give the body's own "
+            "inertia."
         )

@@ -328,12 +328,15 @@ def _check_choices(
 def _check_one_sided(features: Features, formulation: str, on_contact_loss: str, slope_only: bool) -> None:
     """What a wall that only pushes has no use for."""
     if formulation != "slope":
-        what, cause = ("impacts", "restitution") if features.one_sided else ("friction and no drive", "them")
+        what, cause = (
+            ("impacts", "restitution") if features.one_sided else ("friction, wear, drive or loads that swing", "them")
+        )
         raise ValueError(f"formulation = {formulation!r} knows no {what}; with {cause} use 'slope'.")
     if not features.one_sided and on_contact_loss not in ("stop", "end"):
         raise ValueError(
-            f"on_contact_loss = {on_contact_loss!r} is for a wall without friction that holds the journal; with friction or a "
-            "drive the motion ends where contact is lost, or goes on with Joint(restitution=...). Leave it out."
+            f"on_contact_loss = {on_contact_loss!r} is for a wall without friction that holds the journal; with friction, wear, "
+            "a drive or loads that swing the motion ends where contact is lost, or goes on with Joint(restitution=...). Leave "
+            "it out."
         )
     if features.one_sided and on_contact_loss not in ("stop", "follow"):
         raise ValueError(
@@ -342,6 +345,6 @@ def _check_one_sided(features: Features, formulation: str, on_contact_loss: str,
         )
     if slope_only:
         raise ValueError(
-            "project_energy and halving do not go with restitution, friction or a drive: the energy balance watches every "
-            "sample."
+            "project_energy and halving do not go with restitution, friction, wear, a drive or loads that swing: the energy "
+            "balance watches every sample."
         )

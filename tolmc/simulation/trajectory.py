@@ -84,7 +84,8 @@ def simulate(
     """Integrate one motion and return it step by step.
 
     Parameters as in :func:`simulate_many`. Without restitution the model is two-sided: the motion goes on after a contact
-    force has turned negative, and the status says when that happened first; with friction or a drive it ends there. With it
+    force has turned negative, and the status says when that happened first; with friction, wear, a drive or loads that
+    swing it ends there. With it
     the journal leaves the wall, flies and hits it.
     """
     holds = scene.joint.restitution is None and not scene.rubs

@@ -74,8 +74,8 @@ def _on_contact_loss(file: StudyFile) -> str:
     rubs = rubs or bool(file.loads.force_terms or file.loads.torque_terms)
     if rubs and not follows and given == "continue":
         raise Faults(
-            f"{field} is for a wall without friction that holds the journal; with friction or a drive the motion ends where "
-            "contact is lost. Leave it out, or give [contact] restitution."
+            f"{field} is for a wall without friction that holds the journal; with friction, wear, a drive or loads that swing "
+            "the motion ends where contact is lost. Leave it out, or give [contact] restitution."
         )
     if given == "follow" and not follows:
         raise Faults(f"{field} needs [contact] restitution, 0 to 1; add it.")
