@@ -334,9 +334,9 @@ def _check_one_sided(features: Features, formulation: str, on_contact_loss: str,
         raise ValueError(f"formulation = {formulation!r} knows no {what}; with {cause} use 'slope'.")
     if not features.one_sided and on_contact_loss not in ("stop", "end"):
         raise ValueError(
-            f"on_contact_loss = {on_contact_loss!r} is for a wall without friction that holds the journal; with friction, wear, "
-            "a drive or loads that swing the motion ends where contact is lost, or goes on with Joint(restitution=...). Leave "
-            "it out."
+            f"on_contact_loss = {on_contact_loss!r} is for a wall without friction that holds the journal; with friction, "
+            "wear, a drive or loads that swing the motion ends where contact is lost, or goes on with Joint(restitution=...). "
+            "Leave it out."
         )
     if features.one_sided and on_contact_loss not in ("stop", "follow"):
         raise ValueError(
