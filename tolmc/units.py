@@ -26,6 +26,7 @@ _COMMON = {
     },
     "kg": {"kg": Decimal(1), "g": Decimal("1e-3")},
     "s": {"s": Decimal(1), "ms": Decimal("1e-3"), "h": Decimal(3600)},
+    "m/s": {"m/s": Decimal(1), "mm/s": Decimal("1e-3")},
     "rad": {"rad": Decimal(1), "deg": _PI / 180, "°": _PI / 180},
     "rad/s": {"rad/s": Decimal(1), "deg/s": _PI / 180, "rpm": _PI / 30},
     "N": {"N": Decimal(1), "kN": Decimal("1e3")},

@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
-from scipy import interpolate, special, stats
+import scipy  # scipy.stats, half a second, is loaded when it is first asked for
+from scipy import special
 
 from tolmc.mechanism.checks import finite_number, plain_array, set_frozen
 from tolmc.tolerances.csv_column import read_column
@@ -252,8 +253,8 @@ class Scipy(Distribution):
     truncated: bool = False
 
     def __post_init__(self) -> None:
-        distribution = getattr(stats, self.name, None)
-        if not isinstance(distribution, stats.rv_continuous):
+        distribution = getattr(scipy.stats, self.name, None)
+        if not isinstance(distribution, scipy.stats.rv_continuous):
             raise ValueError(
                 f"Scipy: {self.name!r} is no continuous distribution of scipy.stats; allowed: such as norm, "
                 "lognorm, weibull_min, gamma."
@@ -289,7 +290,7 @@ class Scipy(Distribution):
 
     @cached_property
     def _frozen(self):
-        return getattr(stats, self.name)(**self.arguments)
+        return getattr(scipy.stats, self.name)(**self.arguments)
 
     def _tails(self, dimension) -> tuple[float, float, float]:
         below, above = self._frozen.cdf(dimension.lower), self._frozen.sf(dimension.upper)
@@ -379,7 +380,7 @@ class Measured(Distribution):
         return hash((self.method, self.bandwidth, self.values.tobytes()))
 
     @cached_property
-    def _kernel_quantile(self) -> interpolate.PchipInterpolator:
+    def _kernel_quantile(self) -> scipy.interpolate.PchipInterpolator:
         # Against the standard normal score of its distribution function x is close to a line, even in the
         # tails where the function is flat: monotone cubics reproduce it to 2e-6.
         h, x = self.bandwidth, self.values
@@ -389,7 +390,7 @@ class Measured(Distribution):
         above = np.array([special.ndtr((x - node) / h).mean() for node in nodes])
         scores = np.maximum.accumulate(_score(below, above))
         rising = np.diff(scores, prepend=-np.inf) > 1e-12  # flat in gaps between far values
-        return interpolate.PchipInterpolator(scores[rising], nodes[rising])
+        return scipy.interpolate.PchipInterpolator(scores[rising], nodes[rising])
 
     def quantile(self, p, q, dimension):
         if self.method == "bootstrap":

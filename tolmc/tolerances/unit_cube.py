@@ -10,7 +10,7 @@ from functools import lru_cache
 from operator import index
 
 import numpy as np
-from scipy.stats import qmc
+import scipy  # scipy.stats, half a second, is loaded when points are first asked for
 
 SAMPLINGS = ("random", "latin_hypercube", "sobol")
 
@@ -126,7 +126,7 @@ def _latin_total(count: int, start: int, total: int | None) -> int:
 @lru_cache(maxsize=1)
 def _latin_points(columns: int, total: int, seed: int) -> np.ndarray:
     # Kept, because every block needs the permutations of the whole run.
-    engine = qmc.LatinHypercube(columns, rng=np.random.default_rng(_seed(seed, _LATIN)))
+    engine = scipy.stats.qmc.LatinHypercube(columns, rng=np.random.default_rng(_seed(seed, _LATIN)))
     u = np.clip(engine.random(total), 2.0**-54, _LARGEST)
     u.setflags(write=False)
     return u
@@ -159,7 +159,7 @@ def _sobol_tables(columns: int, bits: int, seed: int) -> tuple[np.ndarray, np.nd
 
 def _direction_numbers(columns: int, bits: int, seed: np.random.SeedSequence) -> np.ndarray:
     """Shift and scrambled direction numbers, (1 + bits, columns): the points with one bit in Gray code."""
-    engine = qmc.Sobol(columns, bits=_BITS, rng=np.random.default_rng(seed))
+    engine = scipy.stats.qmc.Sobol(columns, bits=_BITS, rng=np.random.default_rng(seed))
     points = [engine.random(1)[0]]
     for bit in range(bits):
         engine.fast_forward(2 ** (bit + 1) - 1 - engine.num_generated)
