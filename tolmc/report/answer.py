@@ -18,6 +18,9 @@ from tolmc.text import phrases, typeset
 #: Relative error of the contact forces by the model of the section from which on the answer warns of it.
 NOTEWORTHY = 0.01
 
+# What to do where a model of the joint may turn a verdict, by what it is called there.
+_REMEDIES = {"section": 'set [model] section = "exact"', "contact law": "give [contact] restitution"}
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -91,12 +94,12 @@ def _answer(
     row = capability.iloc[-1]
     found = Estimate(row["yield"], row["yield_low"], row["yield_high"])
     together = shares.loc[ANY_REQUIREMENT]
-    of_section = str(together["section"]) if "section" in together else ""
-    if of_section and not together["section_turns_target"]:
-        shares_out = of_section.partition("(")[2].rstrip(")")
-        sentences.insert(0, f"The section matters: out of specification are, {shares_out} of the parts.")
-    elif of_section:
-        headline = f'{of_section[0].upper()}{of_section[1:]}. Set [model] section = "exact" and run again.'
+    doubt = phrases.model_doubt(together)
+    if doubt and not phrases.model_turns_target(together):
+        sentences.insert(0, f"As for whether most parts keep every requirement: {doubt}.")
+    elif doubt:
+        remedy = phrases.joined(what for term, what in _REMEDIES.items() if f"the {term} matters" in doubt)
+        headline = f"{doubt[0].upper()}{doubt[1:]}. {remedy[0].upper()}{remedy[1:]} and run again."
         return Answer(phrases.TONES[phrases.OPEN], headline, (_yield(study, found, together, target), *sentences))
     verdict = phrases.judged(found, target)
     return Answer(

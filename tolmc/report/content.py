@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import pandas as pd
 
@@ -19,11 +20,13 @@ from tolmc.report.curves import HEIGHT, WIDTH, Panel, panels
 from tolmc.report.explorer.content import explorer_content, parts_of
 from tolmc.report.losses import losses
 from tolmc.report.pictures import PICTURES, embedded
+from tolmc.runs.contact_law import CONTACT_LAW
 from tolmc.runs.directory import RunDirectory
 from tolmc.runs.exact_subset import EXACT_SECTION
 from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.until import looks_of
 from tolmc.statistics.capability import ALL_REQUIREMENTS, capability
+from tolmc.statistics.contact_law import by_restitution, law_of_requirements
 from tolmc.statistics.looks import Looks
 from tolmc.statistics.outcomes import without_value
 from tolmc.statistics.section_effect import section_of_requirements
@@ -35,7 +38,7 @@ from tolmc.tables.dimensions import constants_table, dimensions_table
 from tolmc.tables.influence import contributions_table, failures_table, indices_table
 from tolmc.tables.life import life_table, shown_in
 from tolmc.tables.next_changes import next_changes_table
-from tolmc.tables.outputs import budget_table, outputs_table, statuses_table
+from tolmc.tables.outputs import budget_table, contact_law_table, outputs_table, statuses_table
 from tolmc.tables.requirements import capability_table, requirements_table
 from tolmc.tables.stackup import accelerated_table, stackup_table
 from tolmc.tables.table import Table
@@ -168,22 +171,23 @@ class _Content:
     @cached_property
     def shares(self) -> pd.DataFrame:
         shares = summarise_requirements(self.samples, **self.judged, **self.drawn, **self.level)
-        exact = self.exact
-        if exact is None:
-            return shares
-        found = section_of_requirements(
-            self.samples, exact, shares, target=self.target, **self.judged, **self.drawn, **self.level
-        )
-        return shares.join(found)
+        settings: dict[str, Any] = {"target": self.target, **self.judged, **self.drawn, **self.level}
+        terms = []
+        if (exact := self._kept(EXACT_SECTION)) is not None:
+            terms.append(section_of_requirements(self.samples, exact, shares, **settings))
+        if (law := self._kept(CONTACT_LAW)) is not None:
+            followed = by_restitution(law)
+            first = self.samples.iloc[: min(len(frame) for frame in followed.values())]
+            terms.append(law_of_requirements(first, followed, shares, **settings))
+        return shares.join(terms)
 
     @cached_property
     def statuses(self) -> pd.DataFrame:
         return count_statuses(self.samples, **self.drawn, **self.level)
 
-    @cached_property
-    def exact(self) -> pd.DataFrame | None:
-        """The samples that were run on the exact section too; None where the run has none."""
-        path = self.run.path / EXACT_SECTION
+    def _kept(self, name: str) -> pd.DataFrame | None:
+        """The samples that another model ran too; None where the run has none."""
+        path = self.run.path / name
         if not path.exists():
             return None
         try:
@@ -264,6 +268,7 @@ class _Content:
         if self.summary is not None:
             yield outputs_table(self.summary, self.study.specification)
             yield budget_table(self.summary)
+            yield contact_law_table(self.summary)
         yield statuses_table(self.statuses)
         if (life := self._table("life.csv")) is not None:
             yield life_table(life, self.study, shown_in(life))

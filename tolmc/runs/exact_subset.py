@@ -30,7 +30,12 @@ def subset_size(study: Study, plan: Plan) -> int:
 
     It depends on the number of samples, the steps and the body alone, never on a clock: the same run has the same ones.
     """
-    if study.scene.joint.section != "circle" or study.formulation != "slope" or not study.integrates:
+    if (
+        not study.model_error
+        or study.scene.joint.section != "circle"
+        or study.formulation != "slope"
+        or not study.integrates
+    ):
         return 0
     if plan.features.one_sided:  # chaotic motions, and a minute's compilation of the other section for them
         return 0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
@@ -27,9 +27,9 @@ from tolmc.quantities import SCALARS
 from tolmc.runs import directory as run_directory
 from tolmc.runs.crew import Crew, crew
 from tolmc.runs.directory import NextFree, RunDirectory
-from tolmc.runs.exact_subset import EXACT_SECTION, exact_subset
 from tolmc.runs.impacts import step_errors
 from tolmc.runs.integrate import integrate_study, status_words, study_plan
+from tolmc.runs.model_terms import ModelTerms, model_terms, with_model_terms
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.pictures import RunPictures, run_pictures
 from tolmc.runs.progress import progress
@@ -41,10 +41,8 @@ from tolmc.simulation.plan import Plan
 from tolmc.simulation.trajectory import Trajectory
 from tolmc.statistics.columns import Columns
 from tolmc.statistics.outcomes import ANY_REQUIREMENT, computed_share, out_of_specification
-from tolmc.statistics.section_effect import section_differences, section_of_requirements
 from tolmc.statistics.summary import count_statuses, summarise, summarise_requirements
 from tolmc.study.file import load_study
-from tolmc.study.sections import TARGET_YIELD
 from tolmc.study.study import Study
 from tolmc.tolerances.draw import sample
 
@@ -277,9 +275,9 @@ def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began:
     else:
         sequential = sample_study(study, draw)
         study = study.replaced(samples=sequential.found.count)
-    exact = exact_subset(study, plan, workforce, _block)
+    terms = model_terms(study, plan, workforce, _block, kept)
     with progress(f"{study.title}: statistics"):
-        return _result(study, plan, _nominal_outputs(study, plan), sequential, kept, None, began, exact)
+        return _result(study, plan, _nominal_outputs(study, plan), sequential, kept, None, began, terms)
 
 
 def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, began: float) -> StudyResult:
@@ -291,13 +289,13 @@ def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew
             study = study.replaced(samples=directory.record["samples"])
             nominal = _nominal_outputs(study, plan)
             pictures.draw_samples(study, nominal)
-            exact = exact_subset(study, plan, workforce, _block)
+            terms = model_terms(study, plan, workforce, _block, directory.read)
             with progress(f"{study.title}: statistics"):
-                result = _result(study, plan, nominal, sequential, directory.read, directory.path, began, exact)
+                result = _result(study, plan, nominal, sequential, directory.read, directory.path, began, terms)
             with progress(f"{study.title}: pictures"):
                 result = replace(result, notes=pictures.finish())
-        if exact is not None:
-            directory.write_file(EXACT_SECTION, partial(pq.write_table, exact))
+        for name, table in terms.files.items():
+            directory.write_file(name, partial(pq.write_table, table))
         directory.write_text("summary.csv", result.summary.to_csv())
         directory.write_text("requirements.csv", result.requirements.to_csv())
         stop: dict[str, Any] = {} if sequential is None else {"stopped_at": sequential.found.count}
@@ -356,7 +354,7 @@ def _result(
     read: Callable[..., pa.Table],
     directory: Path | None,
     began: float,
-    exact: pa.Table | None,
+    terms: ModelTerms,
 ) -> StudyResult:
     samples, specification = Columns(read), study.specification
     outputs = quantities.outputs_among(samples)
@@ -374,17 +372,7 @@ def _result(
     summary = summarise(samples, outputs=outputs, accuracies=accuracies, workers=study.workers, **judging, **drawn)
     summary.insert(0, "unit", [quantities.unit(name) for name in summary.index])
     requirements = summarise_requirements(samples, **judging, **drawn)
-    if exact is not None:
-        frame = exact.to_pandas()
-        first = read(rows=len(frame)).to_pandas()
-        summary = summary.join(section_differences(first, frame, _compared(outputs, frame), **drawn))
-        requirements = requirements.join(
-            section_of_requirements(
-                samples, frame, requirements, specification=specification, on_contact_loss=study.on_contact_loss,
-                target=TARGET_YIELD if study.target is None else study.target, **drawn,
-            )
-        )  # fmt: skip
-        summary["section"] = requirements["section"].reindex(summary.index).fillna("")
+    summary, requirements = with_model_terms(summary, requirements, terms, study, read, **drawn)
     return StudyResult(
         study=study,
         plan=plan,
@@ -397,11 +385,6 @@ def _result(
         elapsed=time.perf_counter() - began,
         read=read,
     )
-
-
-def _compared(outputs: Iterable[str], exact: pd.DataFrame) -> list[str]:
-    """The outputs that the section may change: those of the motion, without what watches the integration."""
-    return [name for name in outputs if name in exact and quantities.output(name).group == "statistics"]
 
 
 def _nominal_outputs(study: Study, plan: Plan) -> dict[str, float | str]:

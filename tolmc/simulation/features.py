@@ -100,10 +100,15 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
     )  # fmt: skip
 
 
-def _check_free_body(scene: Scene) -> None:
-    """The one-sided kernels' equations are those of the free body: it must have moments of inertia about its centre of mass."""
+def has_free_body(scene: Scene) -> bool:
+    """Whether the body has moments of inertia about its centre of mass, as the one-sided kernels' equations need it."""
     moments = np.linalg.eigvalsh(scene.body.centroidal_inertia[:2, :2])
-    if not moments[0] > 1e-9 * np.abs(scene.body.inertia).max():
+    return bool(moments[0] > 1e-9 * np.abs(scene.body.inertia).max())
+
+
+def _check_free_body(scene: Scene) -> None:
+    if not has_free_body(scene):
+        moments = np.linalg.eigvalsh(scene.body.centroidal_inertia[:2, :2])
         raise ValueError(
             f"Body: the moments of inertia about the centre of mass across the axis are {moments.tolist()} kg m^2; a journal "
             "that may leave the wall, or has friction, wear, a drive or loads that swing, needs them > 0. Give the body's own "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from tolmc.kernels.tableaux import TABLEAUX
 from tolmc.mechanism.checks import positive_number
@@ -50,6 +50,11 @@ class Plan:
         if isinstance(self.features, Mapping):  # as read back from a file
             object.__setattr__(self, "features", Features(**self.features))
             object.__setattr__(self, "turning", tuple(self.turning))
+
+    def following(self, accuracy: float) -> Plan:
+        """The same for a wall that only pushes, judged by this accuracy where its own is finer."""
+        features = replace(self.features, one_sided=True, momentum=False)
+        return replace(self, features=features, halving=False, accuracy=max(self.accuracy, accuracy))
 
     def unresolved_words(self) -> str:
         """What the pilot's unresolved motions mean, and what to do; empty without any."""

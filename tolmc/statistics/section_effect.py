@@ -27,7 +27,7 @@ from tolmc.statistics.summary import QUANTILES, as_columns, summarise_requiremen
 from tolmc.tolerances.unit_cube import SCRAMBLINGS, lot_numbers
 
 #: Beside the target, the yield of which the sections must agree whether it is reached: that most parts keep a requirement.
-_MOST = 0.5
+MOST = 0.5
 _STATISTICS = ("mean", "sd", *QUANTILES)
 _MATTERS = "not decided: the section matters"
 
@@ -49,18 +49,25 @@ def section_differences(
         ``section_mean``, ``section_sd`` and the quantiles, each with ``_low`` and ``_high``, in the output's unit. Intervals
         are by the jackknife over 16 groups of rows (scramblings, or whole lots), Student's t with 15 degrees.
     """
+    return paired_differences(circle, exact, outputs, "section", **drawn)
+
+
+def paired_differences(
+    first: pd.DataFrame, second: pd.DataFrame, outputs: Iterable[str], prefix: str, **drawn: Any
+) -> pd.DataFrame:
+    """First less second of every statistic of the outputs, over the same samples: :func:`section_differences`."""
     rows = Rows(**drawn)
-    groups = lot_numbers(rows.lot_size, len(circle), sampling=rows.sampling) % SCRAMBLINGS
-    unusable = failed(circle) | failed(exact)
+    groups = lot_numbers(rows.lot_size, len(first), sampling=rows.sampling) % SCRAMBLINGS
+    unusable = failed(first) | failed(second)
     table = {}
     for name in outputs:
-        pair = np.stack([circle[name].to_numpy(float), exact[name].to_numpy(float)])
+        pair = np.stack([first[name].to_numpy(float), second[name].to_numpy(float)])
         used = ~(unusable | np.isnan(pair).any(axis=0))
         differences = _jackknife(pair[:, used], groups[used], rows.confidence)
         table[name] = {
             column: value
             for key, estimate in zip(_STATISTICS, differences, strict=True)
-            for column, value in as_columns(f"section_{key}", estimate).items()
+            for column, value in as_columns(f"{prefix}_{key}", estimate).items()
         }
     return pd.DataFrame.from_dict(table, orient="index").rename_axis("output")
 
@@ -113,9 +120,11 @@ def section_of_requirements(
     """
     rows, count = Rows(**drawn), len(exact)
     head = pd.DataFrame({name: samples[name].iloc[:count] for name in exact.columns if name in samples})
+    # A sample that failed on the circle, by halving its steps say, is not known on the exact section either.
+    exact = exact.assign(status=exact["status"].astype(object).mask(failed(head), head["status"].astype(object)))
     found = summarise_requirements(exact, specification=specification, on_contact_loss=on_contact_loss, **drawn)
-    events = {"circle": head, "exact": exact}
-    states = {section: _events(frame, specification, on_contact_loss) for section, frame in events.items()}
+    frames = {"circle": head, "exact": exact}
+    states = {section: events(frame, specification, on_contact_loss) for section, frame in frames.items()}
     shifted = _shifted_shares(samples, head, exact, specification, on_contact_loss, drawn)
     table: dict[str, dict[str, Any]] = {}
     for name in shares.index:
@@ -128,7 +137,7 @@ def section_of_requirements(
             bounds = shifted[name]
         differs = not agree or not np.array_equal(out, out_exact) or name in shifted
         turns = differs and _turns(shares.loc[name], bounds, target)
-        matters = turns or (differs and _turns(shares.loc[name], bounds, _MOST))
+        matters = turns or (differs and _turns(shares.loc[name], bounds, MOST))
         table[str(name)] = {
             **{f"exact_{key[6:]}": found.loc[name, key] for key in found if key.startswith("share_")},
             **as_columns("section_difference", difference),
@@ -138,10 +147,10 @@ def section_of_requirements(
     return pd.DataFrame.from_dict(table, orient="index").rename_axis("requirement")
 
 
-def _events(
+def events(
     samples: pd.DataFrame, specification: Specification, on_contact_loss: str
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Rows out of each requirement, and rows known to be in or out; of any, and of contact loss."""
+    """Rows out of each requirement, and rows known to be in or out; of any, and of contact loss; (rows,) bool each."""
     out, known = out_of_specification(samples, specification, on_contact_loss=on_contact_loss)
     events = {name: (out[name], known[name]) for name in specification}
     if specification:
@@ -185,19 +194,20 @@ def _shifted_shares(
 def _turns(counted: pd.Series, bounds: tuple[float, float], required: float) -> bool:
     """Whether the circle decides about a yield and the bounds of the exact share do not decide the same."""
     allowed = 1.0 - required
-    verdict = _side(counted["share_least_low"], counted["share_most_high"], allowed)
-    return verdict != 0 and _side(*bounds, allowed) != verdict
+    verdict = side(counted["share_least_low"], counted["share_most_high"], allowed)
+    return verdict != 0 and side(*bounds, allowed) != verdict
 
 
-def _side(low: float, high: float, allowed: float) -> int:
+def side(low: float, high: float, allowed: float) -> int:
     """-1: no more than allowed is out; 1: more is; 0: not decided."""
     return -1 if high <= allowed else 1 if low > allowed else 0
 
 
 def _sentence(circle: pd.Series, exact: pd.Series) -> str:
-    return f"{_MATTERS} (circle {_percent(circle)}, exact {_percent(exact)})"
+    return f"{_MATTERS} (circle {percent(circle)}, exact {percent(exact)})"
 
 
-def _percent(counted: pd.Series) -> str:
+def percent(counted: pd.Series) -> str:
+    """The share out of a requirement, or both where samples are unknown."""
     least, most = (f"{100 * counted[key]:.3g} %" for key in ("share_least", "share_most"))
     return least if least == most else f"{least} to {most}"

@@ -187,13 +187,14 @@ def error_budget(summary: pd.DataFrame) -> pd.DataFrame:
         ``integration`` and, for each of mean, sd and the quantiles, the half-width of its interval, all in
         the output's unit (infinite where the sample is too small); ``ratio`` = integration / the smallest
         of the half-widths: well below 1, sampling is what limits the run. Where the summary has it, the model's term
-        of :func:`tolmc.statistics.section_effect.section_differences` too.
+        of :func:`tolmc.statistics.section_effect.section_differences` and :func:`tolmc.statistics.contact_law.law_differences`
+        too.
     """
     names = ["mean", "sd", *QUANTILES]
     budget = pd.DataFrame({name: 0.5 * (summary[f"{name}_high"] - summary[f"{name}_low"]) for name in names})
     budget.insert(0, "integration", summary["integration_error"].abs())
     budget["ratio"] = budget["integration"] / budget[names].min(axis=1)
-    return budget.join(summary[[column for column in summary if column.startswith("section_")]])
+    return budget.join(summary[[column for column in summary if column.startswith(("section_", "restitution_"))]])
 
 
 def count_statuses(

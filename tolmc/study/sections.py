@@ -297,6 +297,9 @@ class MonteCarloSection(Section):
     """Whether every step is brought back to the energy at the start (and what the loads have done since)."""
     halving: StrictBool = False
     """Whether every motion is integrated with half the step too, and judged by the difference."""
+    model_error: StrictBool = True
+    """Whether some samples of a run on the circle run on the exact section too, and some of one that loses contact with
+    restitutions of 0 and 0.5: the model's term of the error budget, for about a fiftieth of the time each."""
     outputs: list[Literal[quantities.OUTPUTS]] | None = None
     """Outputs to compute; all of them when not given. Geometry alone needs no motion and takes next to no time."""
     until: _Until | None = None

@@ -48,6 +48,8 @@ class Study(Shown):
     specification : {output: {"min": limit, "max": limit}}
     samples, sampling, seed, workers, accuracy, step, method, formulation, on_contact_loss, project_energy, halving, outputs
         As :func:`tolmc.run` and :func:`tolmc.simulate_many` take them.
+    model_error : bool
+        Whether some samples run by other models too, for the model's term of the error budget.
     until : Until or None
         Where given, sampling stops when this interval is narrow enough, and ``samples`` is the largest number.
     derived : tuple of Derived
@@ -83,6 +85,7 @@ class Study(Shown):
     on_contact_loss: str
     project_energy: bool
     halving: bool
+    model_error: bool
     outputs: tuple[str, ...] | None
     until: Until | None
     derived: tuple[Derived, ...]

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from tolmc import quantities
+from tolmc.statistics.contact_law import RESTITUTIONS, prefix
 from tolmc.statistics.summary import error_budget
 from tolmc.tables.table import Cell, Column, Estimated, Number, Share, Table, cells, plain, typeset
 from tolmc.text.numbers import without_rounding_errors
@@ -104,6 +105,32 @@ def budget_table(summary: pd.DataFrame) -> Table:
         "over the smallest of the sampling errors. Open: too few samples to tell."
         + (_OF_SECTION if of_section else ""),
         frame=budget,
+    )
+
+
+def contact_law_table(summary: pd.DataFrame) -> Table:
+    """What walls that only push change, with their intervals; without rows where no sample lost contact."""
+    laws = [prefix(e) for e in RESTITUTIONS]
+    columns = [f"{law}_{key}" for law in laws for key in _BUDGET]
+    present = set(columns) <= set(summary.columns)
+    shown = summary.dropna(subset=columns) if present else summary.iloc[:0]
+    rows = [
+        cells(
+            Cell(quantities.label(name), unit(name)),
+            *(Estimated.of(row, key, quantities.shown(name)[1], digits=3, narrow=3) for key in columns),
+        )
+        for name, row in shown.iterrows()
+    ]
+    heads = [f"e = {e:g}, {STATISTICS[key]}" for e in RESTITUTIONS for key in _BUDGET]
+    ends = [f"{column}{end}" for column in columns for end in ("", "_low", "_high")]
+    return Table(
+        "contact_law",
+        ("Output", *heads),
+        tuple(rows),
+        title="Contact law: as run less followed through impacts",
+        caption="What the loss of contact leaves out: each statistic as run less that of the same samples followed through "
+        "flight and impacts, with restitutions e of 0 and of 0.5; 95 % intervals.",
+        frame=shown[ends] if present else None,
     )
 
 

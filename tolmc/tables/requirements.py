@@ -14,7 +14,7 @@ from tolmc.statistics.outcomes import ANY_REQUIREMENT
 from tolmc.statistics.tolerance_intervals import ToleranceInterval
 from tolmc.study.study import Study
 from tolmc.tables.table import Cell, Column, Estimated, Number, Share, Table, cells, plain
-from tolmc.text.phrases import EVENTS, TONES, judged, limits, unit
+from tolmc.text.phrases import EVENTS, TONES, judged, limits, model_doubt, unit
 from tolmc.text.typeset import span
 
 _INDICES = ("Cp", "Cpk", "Pp", "Ppk")
@@ -27,9 +27,9 @@ _ACCELERATED = " Accelerated: from a polynomial corrected by a few hundred true 
 
 def shares_table(requirements: pd.DataFrame) -> Table:
     """Share out of each requirement, from :func:`tolmc.statistics.summary.summarise_requirements`."""
-    of_section = "section" in requirements and bool(requirements["section"].any())
+    doubts = [model_doubt(row) for _, row in requirements.iterrows()]
     rows = []
-    for name, row in requirements.iterrows():
+    for doubt, (name, row) in zip(doubts, requirements.iterrows(), strict=True):
         least, most = plain.share(row["share_least"])[0], plain.share(row["share_most"])[0]
         rows.append(
             cells(
@@ -38,11 +38,11 @@ def shares_table(requirements: pd.DataFrame) -> Table:
                 f"{row['out']:,.0f}",
                 least if least == most else f"{least} to {most}",
                 f"{plain.share(row['share_least_low'])[0]} to {plain.share(row['share_most_high'])[0]}",
-                *([Cell(row["section"], tone="open")] if of_section else []),
+                *([Cell(doubt, tone="open")] if any(doubts) else []),
             )
         )
     columns: tuple[Column | str, ...] = ("Requirement", "limits", "out", "share out", "95 % interval")
-    columns = (*columns, *([Column("verdict", words=True)] if of_section else []))
+    columns = (*columns, *([Column("verdict", words=True)] if any(doubts) else []))
     return Table("shares_out", columns, tuple(rows), title="Requirements", frame=requirements)
 
 
@@ -54,7 +54,7 @@ def requirements_table(
     ``yields`` are from :func:`tolmc.analysis.four_answers.four_answers`; without any the accelerated yield has no column.
     """
     yields = pd.DataFrame() if yields is None else yields
-    undecided = section_verdicts(shares)
+    undecided = model_verdicts(shares)
     verdicts = [
         undecided.get(str(name)) or judged(_estimate(row, "yield"), target) for name, row in capability.iterrows()
     ]
@@ -95,11 +95,9 @@ def requirements_table(
     )
 
 
-def section_verdicts(shares: pd.DataFrame) -> dict[str, str]:
-    """{requirement: "not decided: the section matters (...)"} where the exact section may turn the circle's verdict."""
-    if "section" not in shares:
-        return {}
-    found = {str(name): str(text) for name, text in shares["section"].items() if text}
+def model_verdicts(shares: pd.DataFrame) -> dict[str, str]:
+    """{requirement: "not decided: the section matters (...)"} where a model of the joint may turn the verdict."""
+    found = {str(name): doubt for name, row in shares.iterrows() if (doubt := model_doubt(row))}
     return found | ({ALL_REQUIREMENTS: found[ANY_REQUIREMENT]} if ANY_REQUIREMENT in found else {})
 
 

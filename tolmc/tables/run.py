@@ -14,10 +14,10 @@ from tolmc.runs.run import StudyResult
 from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
 from tolmc.study.study import Study
-from tolmc.tables.outputs import budget_table, outputs_table, statuses_table
+from tolmc.tables.outputs import budget_table, contact_law_table, outputs_table, statuses_table
 from tolmc.tables.requirements import shares_table
 from tolmc.tables.table import Note, Table
-from tolmc.text.phrases import cut_short, judged, too_few_computed
+from tolmc.text.phrases import cut_short, judged, model_doubt, model_turns_target, too_few_computed
 
 
 def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
@@ -35,6 +35,8 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
         yield Note(f"Step: {words}", strong="Step")
     if not math.isnan(result.plan.pilot_error):
         yield budget_table(result.summary)
+    if law := contact_law_table(result.summary):
+        yield law
     if study.scene.joint_in_operation.section == "circle" and any(
         quantities.of(name).kind == "force" for name in result.summary.index
     ):
@@ -73,8 +75,8 @@ def _verdict(study: Study, requirements: pd.DataFrame) -> Iterator[Note]:
     out = requirements.loc[ANY_REQUIREMENT]
     low, high = 1.0 - out["share_most_high"], 1.0 - out["share_least_low"]
     verdict = judged(Estimate(1.0 - out["share_most"], low, high), study.target)
-    if out.get("section_turns_target", False):
-        verdict = str(out["section"])
+    if model_turns_target(out):
+        verdict = model_doubt(out)
     found = f"{100 * low:.6g} to {100 * high:.6g} % of the parts keep every limit"
     yield Note(
         f"Target {verdict}: {found} (95 % interval), {100 * study.target:.6g} % are asked for.",

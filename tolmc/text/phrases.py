@@ -60,6 +60,9 @@ AFTER_LOSS = {
     "follow": "they are followed through flight and impacts",
 }
 
+#: Columns of requirements in which a model has its say.
+_MODEL_TERMS = ("section", "contact_law")
+
 
 def unit(name: str) -> str:
     """The unit in which people read the named quantity."""
@@ -138,6 +141,20 @@ def share_between(counted: Mapping[str, float]) -> tuple[str, str]:
     ends = (typeset.share_of(counted[key], 1.0) for key in ("share_least", "share_most"))
     bounds = (typeset.share_of(counted[key], 1.0) for key in ("share_least_low", "share_most_high"))
     return " to ".join(ends), f"{' to '.join(bounds)}, the unknown counted both ways"
+
+
+def model_doubt(counted: Mapping[str, object]) -> str:
+    """ "not decided: the section matters (...)" and the same of the contact law, where these may turn a verdict; else empty."""
+    found = [str(counted[term]) for term in _MODEL_TERMS if counted.get(term)]
+    if not found:
+        return ""
+    first, *others = found
+    return "; ".join([first, *(other.removeprefix("not decided: ") for other in others)])
+
+
+def model_turns_target(counted: Mapping[str, object]) -> bool:
+    """Whether the model of the joint may turn whether the target yield is reached."""
+    return any(bool(counted.get(f"{term}_turns_target", False)) for term in _MODEL_TERMS)
 
 
 def too_few_computed(statuses: pd.DataFrame) -> str:
