@@ -82,6 +82,32 @@ def test_the_loosest_fit_that_does_is_named(tmp_path):
     assert isinstance(note, Note) and note.strong == table.rows[verdicts.index("met")][0].content
 
 
+def test_what_the_model_of_the_joint_may_turn_is_not_decided(tmp_path):
+    motion = (*FIT[2:], ("[monte_carlo]", '[monte_carlo]\nstep = "5 ms"'))
+    study = tolmc.load_study(write(tmp_path, *motion))
+    found = try_fits(study, "H11/d11, H9/d9", samples=64)
+    for fit, row in found.iterrows():
+        alone = tolmc.run(study.with_fit(str(fit)), samples=64).requirements.loc["any requirement"]
+        assert row[["section", "section_turns_target"]].tolist() == alone[["section", "section_turns_target"]].tolist()
+    said = "not decided: the section matters (circle 0 %, exact 5 %)"
+    first = found.index[0]
+    found = found.assign(
+        **{"yield": 1.0, "yield_low": 1.0, "yield_high": 1.0, "section": "", "section_turns_target": False}
+    )
+    found.loc[first, ["section", "section_turns_target"]] = [said, True]
+    table, note = fits_blocks(study, found, samples=64)
+    verdicts = {row[0].content: row[-1].content for row in table.rows}
+    assert verdicts == {first: said, found.index[1]: "met"} and note.strong == found.index[1]
+
+
+def test_fits_of_which_too_few_samples_could_be_computed_are_named(tmp_path):
+    study = tolmc.load_study(write(tmp_path, *FIT))
+    found = try_fits(study, "H11/c11-d11", samples=64)
+    found["computed_share"] = [0.89, 0.9]
+    told = next(block.text for block in fits_blocks(study, found, samples=64) if isinstance(block, Note))
+    assert told.startswith(f"With {found.index[0]} fewer than 90 % of the samples could be computed")
+
+
 def test_fits_on_the_command_line(tmp_path):
     def invoke(*arguments):
         return CliRunner().invoke(main, ["fits", *map(str, arguments)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,6 +17,9 @@ from tolmc.tolerances.fit_series import fit_series
 
 #: The quantile of an output that is limited above, and of one that is limited below: ±3 sigma of a normal one.
 _EXTREMES = {"max": "q99.865", "min": "q0.135"}
+
+#: What the run of a fit says of the model of the joint.
+_MODEL_TERMS = [f"{term}{end}" for term in ("section", "contact_law") for end in ("", "_turns_target")]
 
 
 def study_size(study: Study) -> str | None:
@@ -37,7 +41,8 @@ def try_fits(study: Study, tried: str | Sequence[str], *, samples: int | None = 
     pandas.DataFrame, index ``fit``
         ``clearance_low``, ``clearance_high`` on the diameter (m); ``yield`` with its 95 % interval, ``unknown`` samples within
         it; for each limited output its quantile near the limit with the interval, such as ``tilt_angle q99.865``; ``cost`` of
-        bore and journal where [allocation] prices both grades, else NaN.
+        bore and journal where [allocation] prices both grades, else NaN; ``computed_share``; ``section``, ``contact_law`` and
+        whether each ``_turns_target``, as the run's requirements have them, where any fit's run has.
 
     Raises
     ------
@@ -46,10 +51,16 @@ def try_fits(study: Study, tried: str | Sequence[str], *, samples: int | None = 
     """
     names = fit_series(tried, study_size(study)) if isinstance(tried, str) else list(tried)
     rows = {name: _row(study.with_fit(name), name, samples) for name in names}
-    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("fit")
+    table = pd.DataFrame.from_dict(rows, orient="index").rename_axis("fit")
+    said = {
+        name: table[name].fillna("" if name in ("section", "contact_law") else False)
+        for name in _MODEL_TERMS
+        if name in table
+    }
+    return table.assign(**said)
 
 
-def _row(study: Study, fit: str, samples: int | None) -> dict[str, float]:
+def _row(study: Study, fit: str, samples: int | None) -> dict[str, Any]:
     result = run(study, samples=samples)
     low, high = fits.fit(fit).clearance
     out = result.requirements.loc[ANY_REQUIREMENT]
@@ -66,7 +77,9 @@ def _row(study: Study, fit: str, samples: int | None) -> dict[str, float]:
             statistic = _EXTREMES[end]
             for bound in ("", "_low", "_high"):
                 found[f"{name} {statistic}{bound}"] = result.summary.at[name, f"{statistic}{bound}"]
-    return found | {"cost": _cost(study, fits.fit(fit).toleranced_sizes)}
+    terms = {name: out[name] for name in _MODEL_TERMS if name in out}
+    cost = _cost(study, fits.fit(fit).toleranced_sizes)
+    return found | {"cost": cost, "computed_share": result.computed_share, **terms}
 
 
 def _cost(study: Study, sizes: Iterable[str]) -> float:

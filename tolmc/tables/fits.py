@@ -8,10 +8,11 @@ import pandas as pd
 
 from tolmc import quantities
 from tolmc.statistics.intervals import Estimate
+from tolmc.statistics.outcomes import ENOUGH_COMPUTED
 from tolmc.study.sections import TARGET_YIELD
 from tolmc.study.study import Study
 from tolmc.tables.table import Cell, Column, Estimated, Note, Number, Share, Table, cells, plain
-from tolmc.text.phrases import MET, STATISTICS, TONES, joined, judged, unit
+from tolmc.text.phrases import MET, STATISTICS, TONES, joined, judged, model_doubt, model_turns_target, unit
 from tolmc.text.typeset import span
 
 
@@ -22,6 +23,7 @@ def fits_blocks(study: Study, found: pd.DataFrame, *, samples: int) -> Iterator[
     priced = bool(found["cost"].notna().any())
     yields = {fit: Estimate(*(row[f"yield{end}"] for end in ("", "_low", "_high"))) for fit, row in found.iterrows()}
     verdicts = {fit: judged(estimate, target) for fit, estimate in yields.items()}
+    verdicts |= {fit: model_doubt(row) for fit, row in found.iterrows() if model_turns_target(row)}
     rows = []
     for fit, row in found.iterrows():
         ends = plain.share(row["yield_low"])[0], plain.share(row["yield_high"])[0]
@@ -33,7 +35,7 @@ def fits_blocks(study: Study, found: pd.DataFrame, *, samples: int) -> Iterator[
                 f"{ends[0]} to {ends[1]}",
                 *(Estimated.of(row, peak, quantities.shown(peak.split()[0])[1]) for peak in peaks),
                 *([Number(row["cost"], 4)] if priced else []),
-                Cell(verdicts[fit], tone=TONES[verdicts[fit]]),
+                Cell(verdicts[fit], tone=TONES.get(verdicts[fit], "open")),
             )
         )
     heads = [
@@ -47,6 +49,13 @@ def fits_blocks(study: Study, found: pd.DataFrame, *, samples: int) -> Iterator[
         title=f"{study.title}: fits from {samples:,} samples each",
         frame=found,
     )
+    few = [fit for fit, share in found["computed_share"].items() if share < ENOUGH_COMPUTED]
+    if few:
+        yield Note(
+            f"With {joined(few)} fewer than {100 * ENOUGH_COMPUTED:g} % of the samples could be computed; the others "
+            "are counted both ways.",
+            is_apart=True,
+        )
     met = [fit for fit, verdict in verdicts.items() if verdict == MET]
     if not met:
         yield Note(
