@@ -113,7 +113,7 @@ def test_a_grade_beside_the_offer_shows_its_yield_by_true_motions():
             ("samples = 20000", "confidence = 0.5"),
             r"\[allocation\] confidence = 0.5: expected a share between 0.5 and 1",
         ),
-        (("half_length =", "mass ="), r"\[allocation\] dimensions.mass is unknown.*Allowed: bearing_radius"),
+        (("half_length =", "mass ="), r"\[allocation\] dimensions.mass is unknown.*allowed: bearing_radius"),
         (('anchor = "upper"', 'anchor = "top"'), r"journal_radius.anchor = 'top' is not possible.*'nominal', 'lower'"),
         (("IT10 = 3.1", "IT99 = 3.1"), r"bearing_radius.grades: ISO 286: grade 'IT99' is unknown"),
         (("{ IT8 = 6.0, IT9 = 4.2, IT10 = 3.1 }", "{}"), r"bearing_radius.grades is empty; give at least one grade"),

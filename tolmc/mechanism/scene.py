@@ -96,8 +96,8 @@ class Joint:
             set_frozen(self, restitution=finite_number("Joint", "restitution", self.restitution))
             if not 0.0 <= self.restitution <= 1.0:
                 raise ValueError(
-                    f"Joint: restitution = {self.restitution!r} is out of range; allowed: 0 (no rebound) to 1 (no loss), or "
-                    "None for a wall that holds the journal."
+                    f"Joint: restitution = {self.restitution!r} is out of range; allowed: 0 (no rebound) to 1 (no loss). Leave "
+                    "it out (None) for a wall that holds the journal."
                 )
         if self.contact_stiffness is not None:
             stiffness = finite_number("Joint", "contact_stiffness", self.contact_stiffness, positive=True)

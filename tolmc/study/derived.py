@@ -20,7 +20,7 @@ from simpleeval import InvalidExpression, SimpleEval
 from tolmc import quantities
 from tolmc.quantities import KINDS, Output
 from tolmc.study.drawing import MODEL_NAMES
-from tolmc.study.fields import Faults, place, short, suggestion, validated
+from tolmc.study.fields import Faults, choices, place, short, suggestion, validated
 from tolmc.study.sections import OutputSection
 
 FUNCTIONS = {
@@ -146,8 +146,9 @@ def _names(expression: str, constants: set[str]) -> tuple[str, ...]:
 
 def _allow(word: str, allowed: Any, what: str) -> None:
     if word not in allowed:
-        few = f" Allowed: {', '.join(allowed)}" if len(allowed) < 20 else " 'tolmc explain' lists them"
-        raise ValueError(f"{word!r} is no {what}{suggestion(word, allowed) or ';'}{few}")
+        if len(allowed) < 20:
+            raise ValueError(f"{word!r} is no {what}{choices(word, allowed)}")
+        raise ValueError(f"{word!r} is no {what}{suggestion(word, allowed) or ';'} 'tolmc explain' lists them")
 
 
 def _evaluated(expression: str, names: Mapping[str, Any]) -> Any:
@@ -183,7 +184,10 @@ def _kind(derived: Derived, constants: Mapping[str, Any], unit: str | None) -> s
         with np.errstate(all="ignore"):
             found = registry.Quantity(1.0, "") * _evaluated(derived.expression, {**constants, **names})
     except pint.DimensionalityError as error:
-        raise ValueError(f"its units do not go together: {error}") from None
+        raise ValueError(
+            f"its units do not go together: {error}; add and subtract only what measures the same, and bring it there by a "
+            "factor with its unit, such as 800 mm * sin(tilt_max)"
+        ) from None
     except (InvalidExpression, pint.PintError, TypeError, ArithmeticError) as error:
         raise ValueError(f"it cannot be evaluated: {error}") from None
     asked = found if unit is None else _quantity("1", unit)

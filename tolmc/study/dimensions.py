@@ -25,10 +25,10 @@ from tolmc.study.fields import (
     Faults,
     OwnUnit,
     check_names,
+    choices,
     in_section,
     place,
     short,
-    suggestion,
     validated,
 )
 from tolmc.study.sections import DimensionSection, DimensionsSection
@@ -110,7 +110,11 @@ class DimensionsTable:
             check_names(row, names, "correlation", first)
             for second, value in row.items():
                 with in_section("correlation", first, second):
-                    pairs[model_name(first), model_name(second)] = units.read(value, "1")
+                    coefficient = units.read(value, "1")
+                if not -1.0 <= coefficient <= 1.0:
+                    field = place("correlation", first, second)
+                    raise Faults(f"{field} = {short(value)}: expected a correlation from -1 to 1.")
+                pairs[model_name(first), model_name(second)] = coefficient
         return pairs
 
     def _joint_nominal(self, name: str) -> float:
@@ -174,8 +178,9 @@ class DimensionsTable:
         if kind == "scipy.stats" and not _is_in_scipy(word):
             known = [option for option in _OPTIONS if option != "scipy.stats"]
             raise Faults(
-                f"{self._place(name, 'distribution')} = {short(word)} is unknown{suggestion(word, known) or ';'} "
-                f"Allowed: {', '.join(known)}, or the name of a continuous distribution of scipy.stats."
+                f"{self._place(name, 'distribution')} = {short(word)} is unknown"
+                + choices(word, known, f"{', '.join(known)}, or the name of a continuous distribution of scipy.stats")
+                + "."
             )
         strange = [option for option in _given(entry, *_ALL_OPTIONS) if option not in _OPTIONS[kind]]
         if strange:
@@ -184,6 +189,12 @@ class DimensionsTable:
                 f"it: {', '.join(_OPTIONS[kind]) or 'nothing more'}."
             )
         options = {option: getattr(entry, option) for option in _given(entry, *_OPTIONS[kind])}
+        if kind == "beta" and len(options) < len(_OPTIONS[kind]):
+            lacking = next(option for option in _OPTIONS[kind] if option not in options)
+            raise Faults(
+                f"{self._place(name, lacking)} is missing; a beta distribution has two shape parameters > 0, such as "
+                "alpha = 2, beta = 3."
+            )
         with in_section("dimensions", self.words[name], written=self.table.get(self.words[name])):
             if kind == "data":
                 return self._measured(**options)
@@ -258,7 +269,7 @@ def _with_size(name: str, table: dict[str, Any]) -> dict[str, Any]:
 
 def _fit_sizes(designation: str) -> dict[str, str]:
     """Toleranced sizes of both radii."""
-    with in_section("dimensions"):
+    with in_section("dimensions", "fit"):
         hole, shaft = fits.fit(designation).toleranced_sizes
     return {"bearing_radius": hole, "journal_radius": shaft}
 

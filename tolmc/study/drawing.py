@@ -22,6 +22,9 @@ _SIZE = re.compile(
     rf"\s*(?P<last_unit>{_UNIT})?\s*"
 )
 _CLASS = re.compile(r"\s*(?P<diameter>[⌀Øø∅])?\s*\d+(?:\.\d+)?\s*(?:mm)?\s*[A-Za-z]{1,2}\d{1,2}\s*")
+_ALONE = re.compile(
+    rf"\s*[⌀Øø∅]?\s*(?P<nominal>{_NUMBER})\s*(?:{_UNIT})?\s+(?P<deviation>[+-]\s*{_NUMBER})\s*(?P<unit>(?:{_UNIT})?)\s*"
+)
 _PLAIN = re.compile(r"\s*[⌀Øø∅]\s*(?P<rest>.*)")
 
 
@@ -52,6 +55,11 @@ def size(name: str, text: str) -> dict[str, Any]:
     sign = _PLAIN.fullmatch(text)
     if sign is not None:
         _refuse_other(name, "⌀ is a diameter")
+    if match is None and (alone := _ALONE.fullmatch(text)):
+        raise ValueError(
+            f"it has one deviation; write both, such as '{alone['nominal'].strip()} {_both(alone['deviation'])} "
+            f"{alone['unit'].strip() or 'mm'}', or ± for equal ones"
+        )
     if match is None:
         return {"nominal": text if sign is None else sign["rest"]}
     unit = match["last_unit"] or match["unit"]
@@ -72,6 +80,11 @@ def deviations(text: str) -> str | list[str]:
     if unit is None:
         raise ValueError("it has no unit; write it behind the tolerance, such as '+0.1/-0.2 mm'")
     return _deviations(match, unit)
+
+
+def _both(deviation: str) -> str:
+    deviation = deviation.replace(" ", "")
+    return f"{deviation}/0" if deviation.startswith("+") else f"0/{deviation}"
 
 
 def _deviations(match: re.Match, unit: str) -> str | list[str]:

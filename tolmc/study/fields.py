@@ -102,15 +102,16 @@ def _several(item: Mapping[str, Any], count: int) -> dict[str, Any]:
 def quantity(unit: str, *, positive: bool = False, remedy: str | None = None):
     """Type of a field in the SI unit ``unit``."""
 
-    def read(value: object) -> float:
-        number = units.read(value, unit)
-        if positive and number <= 0:
-            raise ValueError("expected a number > 0")
-        return number
-
     words = f"{units.kind(unit)}{' > 0' if positive else ''}" + (
         f', such as "{units.example(unit)}"' if unit != "1" else ""
     )
+
+    def read(value: object) -> float:
+        number = units.read(value, unit)
+        if positive and number <= 0:
+            raise ValueError(f"expected {words}")
+        return number
+
     return Annotated[
         float,
         BeforeValidator(read),
@@ -260,7 +261,7 @@ def in_section(*where: str, written: object = None) -> Iterator[None]:
         yield
     except (ValueError, TypeError, ArithmeticError) as error:
         stands = "" if written is None else f" = {short(written)}"
-        raise Faults(f"{place(*where)}{stands}: {error}") from None
+        raise Faults(f"{place(*where)}{stands}: {str(error).rstrip('.')}.") from None
 
 
 def check_names(table: Mapping[str, object], allowed: Iterable[str], *where: str) -> None:
@@ -291,7 +292,15 @@ def suggestion(word: str, allowed: Iterable[str]) -> str:
     known = {name.casefold(): name for name in allowed}
     plain = re.sub(r"[\s-]+", "_", word.strip().casefold())
     close = [name for name in (_SYNONYMS.get(plain, plain),) if name in known] or get_close_matches(plain, known, 1)
+    close = close or [name for name in known if len(plain) > 2 and name.startswith(plain)]
     return f"; did you mean {known[close[0]]!r}?" if close else ""
+
+
+def choices(word: str, allowed: Iterable[str], listed: str = "") -> str:
+    """What is meant and what is allowed in place of a word, to go behind "is unknown"; ``listed``: the allowed in words."""
+    names = list(allowed)
+    close = suggestion(word, names)
+    return f"{f'{close} Allowed' if close else '; allowed'}: {listed or ', '.join(names)}"
 
 
 class _Toml(Repr):
@@ -321,7 +330,7 @@ def short(value: object) -> str:
 
 def _unknown(field: str, name: str, value: object, allowed: tuple[str, ...]) -> str:
     shown = field if isinstance(value, dict) else f"{field} = {short(value)}"
-    return f"{shown} is unknown{suggestion(name, allowed) or ';'} Allowed: {', '.join(allowed)}."
+    return f"{shown} is unknown{choices(name, allowed)}."
 
 
 def _sentence(model: type[Section], item: Mapping[str, Any], where: tuple[str, ...]) -> str:
@@ -338,9 +347,8 @@ def _sentence(model: type[Section], item: Mapping[str, Any], where: tuple[str, .
         return f"{field} = {value}: {item['ctx']['error']}."
     if kind == "literal_error":
         allowed = item["ctx"]["expected"]
-        close = suggestion(item["input"], allowed.replace("'", "").replace(" or ", ", ").split(", ")) if isinstance(
-            item["input"], str) else ""  # fmt: skip
-        return f"{field} = {value} is not possible{close or ';'} Allowed: {allowed}."
+        words = allowed.replace("'", "").replace(" or ", ", ").split(", ") if isinstance(item["input"], str) else ()
+        return f"{field} = {value} is not possible{choices(str(item['input']), words, allowed)}."
     if kind in ("model_type", "dict_type"):
         return f"{field} = {value}: expected a table{_example(loc)}."
     expected = {"string_type": "a text in quotes", "bool_type": "true or false", "list_type": "a list in brackets"}

@@ -252,7 +252,7 @@ def fit(designation: str) -> Fit:
     match = _FIT.fullmatch(designation.strip())
     if match is None:
         raise ValueError(
-            f"ISO 286: fit {designation!r} is not understood{_meant_fit(designation)}; allowed: diameter in mm, class of the "
+            f"ISO 286: fit {designation!r} is not understood{_meant_fit(designation)} diameter in mm, class of the "
             "hole (capital letter), '/', class of the shaft (small letter), such as '40 H7/d9'."
         )
     size = float(match[1])
@@ -266,16 +266,18 @@ _SLIPPED_FIT = re.compile(
 
 
 def _meant_fit(designation: str) -> str:
-    """``; did you mean '40 H7/d9'?`` where letters have the wrong size or the classes the wrong order."""
+    """``; allowed:``, before it ``did you mean '40 H7/d9'?`` where letters or the order of the classes are wrong."""
     match = _SLIPPED_FIT.fullmatch(designation.strip())
     if match is None:
-        return ""
+        return "; allowed:"
     size, first, first_grade, second, second_grade = match.groups()
     classes = [(first, first_grade), (second, second_grade)]
     if first.islower() and second.isupper():
         classes.reverse()
     (hole, hole_grade), (shaft, shaft_grade) = classes
-    return f"; did you mean '{size.replace(',', '.')} {hole.upper()}{hole_grade}/{shaft.lower()}{shaft_grade}'?"
+    return (
+        f"; did you mean '{size.replace(',', '.')} {hole.upper()}{hole_grade}/{shaft.lower()}{shaft_grade}'? Allowed:"
+    )
 
 
 def is_hole(designation: str) -> bool:
@@ -356,9 +358,9 @@ def parts(designation: str) -> tuple[str, str, str]:
     """Size, letter and grade of a toleranced size, as written."""
     match = _TOLERANCED_SIZE.fullmatch(designation.strip())
     if match is None:
-        comma = "" if "," not in designation else f"; did you mean {designation.replace(',', '.')!r}?"
+        comma = "; allowed" if "," not in designation else f"; did you mean {designation.replace(',', '.')!r}? Allowed"
         raise ValueError(
-            f"ISO 286: {designation!r} is not understood{comma}; allowed: size in mm and a tolerance class, such as "
+            f"ISO 286: {designation!r} is not understood{comma}: size in mm and a tolerance class, such as "
             "'40 H7' or '40 d9'."
         )
     size, letter, grade = match.groups()

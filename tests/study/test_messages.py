@@ -1,0 +1,94 @@
+"""Fifty studies that are wrong, each in one way: the message names field and value, says what is allowed and what to do."""
+
+import re
+
+import pytest
+from small_study import TEXT
+
+from tolmc.study.file import load_study
+from tolmc.study.study import StudyError
+
+BORE = 'bearing_radius = { nominal = "20 mm", tolerance = "0.05 mm" }'
+INERTIA = "inertia = [4.08e-4, 4.08e-4, 1.2e-4]"
+ANGLE = 'tilt_angle = { max = "24.4 deg" }'
+
+#: (text of the study, what stands there instead, field, value, what is allowed or to be done)
+WRONG = [
+    (BORE, 'bearing_radius = { nominal = "20" }', "bearing_radius.nominal", "'20'", "a string with a unit such as '20 mm'"),
+    (BORE, 'bearing_radius = { nominal = "20 kg" }', "bearing_radius.nominal", "20 kg", "give a number in m or"),
+    (BORE, 'bearing_radius = { nominal = "5 mm" }', "journal_radius", "0.005 m", "must be smaller than bearing_radius"),
+    (BORE, 'bearing_radius = { nominal = true }', "bearing_radius.nominal", "true", "expected a length; give"),
+    (BORE, 'bearing_radius = { nominal = nan }', "bearing_radius.nominal", "nan", "expected a number of a size from"),
+    (BORE, BORE.replace("0.05", "-0.05"), "bearing_radius.tolerance", "-0.05 mm", "expected a tolerance >= 0; give two"),
+    (BORE, BORE.replace("radius", "raduis"), "bearing_raduis", "bearing_raduis", "did you mean 'bearing_radius'? Allowed:"),
+    (BORE, BORE.replace("tolerance", "tol"), "bearing_radius.tol", "0.05 mm", "did you mean 'tolerance'? Allowed:"),
+    (BORE, BORE.replace(" }", ', distribution = "gauss" }'), "bearing_radius.distribution", "gauss", "mean 'normal'? Allowed"),
+    (BORE, BORE.replace(" }", ', distribution = "xyz" }'), "radius.distribution", "xyz", "; allowed: truncated_normal"),
+    (BORE, BORE.replace(" }", ', distribution = "beta" }'), "radius.alpha", "is missing", "such as alpha = 2, beta = 3"),
+    (BORE, BORE.replace(" }", ", cp = -1 }"), "bearing_radius", "cp = -1", "allowed: a finite number > 0"),
+    (BORE, BORE.replace(" }", ', mode = "20 mm" }'), "bearing_radius.mode", "truncated_normal", "allowed with it: cp, cpk"),
+    (BORE, BORE.replace(" }", ', lot_sd = "1 mm" }'), "bearing_radius", "1 mm", "Reduce it, or widen the tolerance"),
+    (BORE, 'bearing_radius = { nominal = "20 mm", lower = "19 mm" }', "bearing_radius", "one limit", "give lower and upper"),
+    (BORE, 'bearing_radius = { lower = "21 mm", upper = "20 mm" }', "bearing_radius", "21 mm", "exchange the limits"),
+    (BORE, 'bearing_radius = { data = "x.csv", column = "d", unit = "mm" }', "bearing_radius", "x.csv", "check its path"),
+    (BORE, 'bearing_diameter = "40 H77"', "bearing_diameter", "'77'", "allowed: 01, 0, 1"),
+    (BORE, 'bearing_diameter = "40 h7"', "bearing_diameter", "40 h7", "Write '40 H7'"),
+    (BORE, 'bearing_diameter = "40 +0.1 mm"', "bearing_diameter", "40 +0.1 mm", "write both, such as '40 +0.1/0 mm'"),
+    (BORE, 'bearing_diameter = "40 -0.1 mm"', "bearing_diameter", "40 -0.1 mm", "write both, such as '40 0/-0.1 mm'"),
+    (BORE, 'fit = "40 H7-d9"', "fit", "40 H7-d9", "did you mean '40 H7/d9'? Allowed: diameter in mm"),
+    (BORE, f'fit = "40 H7/d9"\n{BORE}', "bearing_radius", "tolerance and fit", "leave one out"),
+    (BORE, "", "bearing_radius", "is missing", 'add bearing_diameter = "40 ±0.05 mm"'),
+    (BORE, f'{BORE}\nbearing_diameter = "40 mm"', "bearing_diameter", "the same dimension", "leave one out"),
+    (BORE, f'{BORE}\nmass = "0.5 kg"', "mass.nominal", "0.5 kg", "Leave it out"),
+    (BORE, f'{BORE}\nunbalance = "6.3"', "unbalance", "6.3", 'such as "G6.3"'),
+    (BORE, f"{BORE}\nlot_size = 0", "lot_size", "0", "expected a whole number from 1"),
+    ('mass = "0.5 kg"', 'mass = "-0.5 kg"', "[body] mass", "-0.5 kg", 'expected a mass > 0, such as "0.5 kg"'),
+    ('mass = "0.5 kg"', 'mass = "0.5 N"', "[body] mass", "0.5 N", "give a number in kg or"),
+    ('mass = "0.5 kg"', "", "[body] mass", "is missing", "give a number in kg or"),
+    (INERTIA, "inertia = [4e-4, 4e-4]", "[body] inertia", "0.0004", "three moments of inertia or a 3x3 matrix"),
+    (INERTIA, "inertia = [4e-4, 1e-4, 9e-4]", "[body]", "0.0009", "none larger than the sum of the other two"),
+    (INERTIA, "", "[body]", "no inertia", "give one of inertia, centroidal_inertia, solid_cylinder"),
+    ("gravity = [0, -9.81, 0]", "gravity = -9.81", "[loads] gravity", "-9.81", "expected three values [x, y, z]"),
+    ("gravity = [0, -9.81, 0]", "gravty = [0, -9.81, 0]", "[loads] gravty", "-9.81", "did you mean 'gravity'? Allowed"),
+    ('alpha = "-110 deg"', "", "[motion] alpha", "is missing", "give a number in rad or"),
+    ('alpha = "-110 deg"', 'alpha = "-110 mm"', "[motion] alpha", "-110 mm", "give a number in rad or"),
+    ('duration = "0.1 s"', 'duration = "0 s"', "[motion] duration", "0 s", 'expected a time > 0, such as "1 s"'),
+    ("samples = 3000", "samples = 0.5", "[monte_carlo] samples", "0.5", "expected a whole number from 1 to"),
+    ("samples = 3000", 'samples = "many"', "[monte_carlo] samples", "many", "write it without quotes"),
+    ('sampling = "sobol"', 'sampling = "sobbol"', "[monte_carlo] sampling", "sobbol", "did you mean 'sobol'? Allowed"),
+    ("workers = 2", 'method = "euler"', "[monte_carlo] method", "euler", "; allowed: 'rk4'"),
+    ("workers = 2", 'outputs = ["tilt"]', "[monte_carlo] outputs", "'tilt'", "did you mean 'tilt_max'? Allowed"),
+    ("workers = 2", 'outputs = ["effective_radius"]', "[specification] tilt_angle", "[monte_carlo] outputs", "add it there"),
+    ("workers = 2", 'until = { output = "tilt_max" }', "until.statistic", "is missing", 'give "mean", "sd", "yield"'),
+    ("workers = 2", 'on_contact_loss = "follow"', "[monte_carlo] on_contact_loss", "follow", "needs [contact] restitution"),
+    (ANGLE, 'tilt_angle = { max = "24.4 mm" }', "tilt_angle.max", "24.4 mm", "give a number in rad or"),
+    (ANGLE, 'tilt_angle = { maximum = "24.4 deg" }', "tilt_angle.maximum", "24.4 deg", "did you mean 'max'? Allowed"),
+    (ANGLE, 'tilt_angle = { min = "25 deg", max = "24 deg" }', "tilt_angle", "25 deg", "exchange them"),
+    (ANGLE, "tilt_angle = {}", "[specification] tilt_angle", "no limit", "give min, max or both"),
+    (ANGLE, f"{ANGLE}\ntarget = 99.7", "[specification] target", "99.7", "a share between 0 and 1, such as 0.9973"),
+    ("[specification]", '[outputs]\nsag = "tilt_maxx"\n[specification]', "[outputs] sag", "tilt_maxx", "mean 'tilt_max'?"),
+    ("[specification]", '[outputs]\nsag = "1 mm + tilt_max"\n[specification]', "[outputs] sag", "1 mm +", "by a factor with"),
+    ("[specification]", '[outputs]\nsag = "open(1)"\n[specification]', "[outputs] sag", "open", "; allowed: sin, cos"),
+    ("[specification]", "[contact]\nrestitution = 1.5\n[specification]", "restitution", "1.5", "allowed: 0 (no rebound) to 1"),
+    ("[specification]", "[contact]\nfriction = -1\n[specification]", "friction", "-1", "allowed: 0 (none) or more"),
+    ("[specification]", '[model]\nsection = "oval"\n[specification]', "[model] section", "oval", "; allowed: 'circle' or"),
+    ("[specification]", "[modle]\n[specification]", "modle", "modle", "did you mean 'model'? Allowed"),
+    ("[specification]", "[correlation]\nbearing_radius.half_length = 1.5\n[specification]",
+     "[correlation] bearing_radius.half_length", "1.5", "expected a correlation from -1 to 1"),
+    ("[specification]", "[correlation]\nbearing_radius = 0.5\n[specification]",
+     "[correlation] bearing_radius", "0.5", "expected bearing_radius.other_dimension = number"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "field", "value", "remedy"), WRONG, ids=range(len(WRONG)))
+def test_says_field_value_allowed_and_remedy(tmp_path, old, new, field, value, remedy):
+    assert TEXT.count(old) == 1
+    path = tmp_path / "wrong.toml"
+    path.write_text(TEXT.replace(old, new), encoding="utf-8")
+    with pytest.raises(StudyError) as found:
+        load_study(path)
+    message = str(found.value)
+    for part in (field, value, remedy):
+        assert part in message
+    assert all(line.startswith(f"{path}: ") and line.endswith(".") for line in message.splitlines())
+    assert not re.search(r"__|Traceback|object at|positional|NoneType|; Allowed|\?;|\?\.", message)
