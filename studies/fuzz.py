@@ -23,7 +23,7 @@ from fuzz_scenes import KINDS, LEVELS, SYMMETRIC, samples, scene
 from rich.progress import track
 from study_tools import ROOT, arguments, show
 
-from tolmc.quantities import ALWAYS, GEOMETRY, ON_CONTACT_LOSS
+from tolmc.quantities import ALWAYS, GEOMETRY
 from tolmc.simulation.ensemble import simulate_many
 from tolmc.simulation.judge import STATUSES
 from tolmc.simulation.plan import FORMULATIONS
@@ -32,6 +32,8 @@ DIMENSIONS = ("bearing_radius", "journal_radius", "half_length")
 NUMBERS = [name for name in ALWAYS if name != "contact_loss_time"]
 DYNAMIC = [name for name in NUMBERS if name not in GEOMETRY]
 STATISTICS = [name for name in NUMBERS if name.startswith(("contact_force", "tilt_max"))]
+#: Of a wall that holds the journal; "follow" is one's that only pushes.
+ON_CONTACT_LOSS = ("stop", "continue", "end")
 ACCURACY = 1e-4
 STEPS = 200
 
