@@ -383,7 +383,7 @@ class TestRefusals:
 
         found = self.explored(tmp_path, monkeypatch, answers)
         assert found.surrogate.outputs == ("tilt_angle",)
-        assert "not smooth" in found.refused["contact_force_D_max"]
+        assert "as where an output jumps" in found.refused["contact_force_D_max"]
 
     def test_of_a_wider_box_leave_the_narrower_one(self, tmp_path, monkeypatch):
         def answers(table, x):

@@ -111,7 +111,7 @@ def _boxes(study: Study) -> Iterator[dict[str, tuple[float, float]]]:
     around = [_widened(study, reach) for reach in _REACHES]
     yield from (_possible(study, box) for box in around)
     others = [{**own, d.name: training_box(replace(study.tolerances, dimensions=(d,)))[d.name]} for d in _others(study)]
-    if study.allocation:
+    if "dimensions" in study.allocation:
         others.append(offered_box(study.tolerances, read_plan(study).choices))
     if others:
         yield _possible(study, hull(around[-1], *others))
@@ -173,11 +173,14 @@ def _trained(study: Study, box: dict[str, tuple[float, float]], spread: Mapping[
     except ValueError as error:
         return Explored(None, refused | dict.fromkeys(smooth, str(error))), math.inf
     share = {name: surrogate.held_out[name] / spread[name] for name in smooth}
-    rough = {
-        name: f"polynomials miss the motions by {100 * error:.0f} % of its standard deviation: it is not smooth, or jumps"
-        for name, error in share.items()
-        if error > MOST_ERROR
-    }
+    errors = [round(100 * error) for error in share.values() if error > MOST_ERROR]
+    reason = (
+        f"polynomials miss the motions by {' to '.join(map(str, dict.fromkeys((min(errors), max(errors)))))} % of the standard "
+        "deviation, as where an output jumps"
+        if errors
+        else ""
+    )
+    rough = {name: reason for name, error in share.items() if error > MOST_ERROR}
     kept = [name for name in smooth if name not in rough]
     return Explored(_only(surrogate, kept) if kept else None, refused | rough), max(share.values())
 
