@@ -98,15 +98,28 @@ def _answer(
     if doubt and not phrases.model_turns_target(together):
         sentences.insert(0, f"As for whether most parts keep every requirement: {doubt}.")
     elif doubt:
-        remedy = phrases.joined(what for term, what in _REMEDIES.items() if f"the {term} matters" in doubt)
-        headline = f"{doubt[0].upper()}{doubt[1:]}. {remedy[0].upper()}{remedy[1:]} and run again."
-        return Answer(phrases.TONES[phrases.OPEN], headline, (_yield(study, found, together, target), *sentences))
+        return Answer(
+            phrases.TONES[phrases.OPEN],
+            _open_by_model(doubt, found, shares, target),
+            (_yield(study, found, together, target), *sentences),
+        )
     verdict = phrases.judged(found, target)
     return Answer(
         phrases.TONES[verdict],
         _headline(verdict, together, shares.loc[CONTACT_LOSS], target),
         (_yield(study, found, together, target), *sentences),
     )
+
+
+def _open_by_model(doubt: str, found: Estimate, shares: pd.DataFrame, target: float) -> str:
+    """The headline where a model of the joint may turn the verdict, or leaves it open."""
+    what = phrases.joined(what for term, what in _REMEDIES.items() if f"the {term} matters" in doubt)
+    remedy = f"{what[0].upper()}{what[1:]} and run again."
+    if phrases.judged(found, target) != phrases.OPEN:
+        return f"{doubt[0].upper()}{doubt[1:]}. {remedy}"
+    why = doubt.removeprefix("not decided: ")
+    headline = _headline(phrases.OPEN, shares.loc[ANY_REQUIREMENT], shares.loc[CONTACT_LOSS], target)
+    return f"{headline} {why[0].upper()}{why[1:]}. {remedy}"
 
 
 def _headline(verdict: str, together: pd.Series, lost: pd.Series, target: float) -> str:
