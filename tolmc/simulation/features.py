@@ -93,8 +93,7 @@ def features_of(scene: Scene, varied: set[str], pose: bool) -> Features:
         )
     return Features(
         general, axial and not rubs, exact, bool(present),
-        # Impacts keep the momentum about Z, but it is the energy that watches them.
-        momentum=not (turned or one_sided or rubs), spin=symmetric and not rubs, operating=operating, one_sided=one_sided,
+        momentum=not (turned or rubs), spin=symmetric and not rubs, operating=operating, one_sided=one_sided,
         free=scene.motion.is_free, stiffness=scene.joint.contact_stiffness is not None, friction=friction, driven=driven,
         wears=wears, shaken=shaken, swings=isinstance(loads.drive, Oscillation),
     )  # fmt: skip

@@ -8,10 +8,14 @@ from typing import NamedTuple
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
-from tolmc.kernels.one_sided.lane import OPENED, TOGETHER, TORQUE_ROUNDING, TOUCH
+from tolmc.kernels.one_sided.lane import OPENED, TOGETHER, TORQUE_ROUNDING, TOUCH, at_hand
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.one_sided.stepper import Stepper
 
+#: Rounds for each step and event after which a lane is given up; usual are one and two.
+MOST_ROUNDS = 64
+#: Of the duration: a motion that lacks no more of it is at its end.
+ROUNDING = 4e-16
 #: Shortenings of one step after which a lane is given up.
 MOST_TRIES = 60
 
@@ -43,12 +47,15 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
 
     @routine
     def screen(coef, lanes, samples, seen0, seen1, decision):
-        """TAKE for lanes in whose step nothing happens, KEEP for those to be looked at; returns how many those are."""
+        """TAKE for lanes in whose step nothing happens, IMPACT for those that have just come to the wall at its end.
+
+        KEEP for those to be looked at; returns how many those are.
+        """
         count = 0
         for lane in range(WIDTH):
             open_d, open_e = coef[at.CLOSED_D * WIDTH + lane] == 0.0, coef[at.CLOSED_E * WIDTH + lane] == 0.0
             h = coef[at.STEP * WIDTH + lane]
-            suspect = False
+            suspect, meets = False, False
             for side in range(2):
                 is_open = open_d if side == 0 else open_e
                 s0, s1, s2, s3, s4 = looked_samples(samples, seen0, seen1, side, lane)
@@ -69,8 +76,11 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
                 r0, r1 = seen0[(at.RATE_D + side) * WIDTH + lane], seen1[(at.RATE_D + side) * WIDTH + lane]
                 # Below both tangents of a gap that dips no gap can be as long as it is convex.
                 depth = g0 * r1 - g1 * r0 + r0 * r1 * h
+                armed = lanes[(at.ARMED_D + side) * WIDTH + lane] > 0.0
+                here = is_open & armed & (r1 < 0.0) & at_hand(g1, r1, seen1[(at.ACC_D + side) * WIDTH + lane], h)
+                meets |= here
                 at_wall = (g1 <= TOUCH) | ((r0 < 0.0) & (r1 > 0.0) & (depth < 0.02 * (g0 + g1) * (r1 - r0)))
-                suspect |= (is_open & at_wall) | (
+                suspect |= (is_open & at_wall & ~here) | (
                     ~is_open & ((bottom - beyond < 0.0) | (extremum & (inside | (beyond > 0.0))))
                 )
             w0, w1 = seen0[at.W2_RATE * WIDTH + lane], seen1[at.W2_RATE * WIDTH + lane]
@@ -85,13 +95,22 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
                 suspect |= may_peak(samples, seen0, seen1, at.S_DRIVE, best, coef, lanes, lane)
             tries = lanes[at.TRIES * WIDTH + lane]
             suspect &= (tries < MOST_TRIES) & (lanes[at.BUSY * WIDTH + lane] > 0.0)
-            decision[lane] = at.KEEP if suspect else at.TAKE
+            meets &= ~suspect & (lanes[at.BUSY * WIDTH + lane] > 0.0)
+            decision[lane] = at.KEEP if suspect else (at.IMPACT if meets else at.TAKE)
             count += suspect
         return count
 
+    @device
+    def integral(h, samples, seen, quantity, row, square, lane):
+        """What a step adds to an integral; a step that is not taken, of length 0 here, may have led anywhere."""
+        return h * quadrature(samples, seen, quantity, row, square, lane) if h > 0.0 else 0.0
+
     @routine
-    def take(y, f0, seen0, end, f1, seen1, coef, lanes, samples, decision):
-        """Lanes that take their step: state, time, integrals, energy."""
+    def take(y, f0, seen0, end, f1, seen1, coef, lanes, samples, limits, decision, calls):
+        """Lanes that take their step: state, time, integrals, energy.
+
+        Those that need more than that are told in ``calls``; returns how many they are.
+        """
         for c in range(n_state):
             for lane in range(WIDTH):
                 taken = decision[lane] != at.KEEP
@@ -100,30 +119,29 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
         for lane in range(WIDTH):
             taken = decision[lane] != at.KEEP
             h = coef[at.STEP * WIDTH + lane] if taken else 0.0
-            lanes[at.INTEGRAL_D * WIDTH + lane] += h * quadrature(samples, seen0, 0, at.N_D, False, lane)
-            lanes[at.INTEGRAL_E * WIDTH + lane] += h * quadrature(samples, seen0, 1, at.N_E, False, lane)
-            lanes[at.SQUARE_D * WIDTH + lane] += h * quadrature(samples, seen0, 0, at.N_D, True, lane)
-            lanes[at.SQUARE_E * WIDTH + lane] += h * quadrature(samples, seen0, 1, at.N_E, True, lane)
+            lanes[at.INTEGRAL_D * WIDTH + lane] += integral(h, samples, seen0, 0, at.N_D, False, lane)
+            lanes[at.INTEGRAL_E * WIDTH + lane] += integral(h, samples, seen0, 1, at.N_E, False, lane)
+            lanes[at.SQUARE_D * WIDTH + lane] += integral(h, samples, seen0, 0, at.N_D, True, lane)
+            lanes[at.SQUARE_E * WIDTH + lane] += integral(h, samples, seen0, 1, at.N_E, True, lane)
             if works:
-                lanes[at.WORK * WIDTH + lane] += h * quadrature(samples, seen0, at.S_POWER, at.POWER, False, lane)
+                lanes[at.WORK * WIDTH + lane] += integral(h, samples, seen0, at.S_POWER, at.POWER, False, lane)
         if rubs:
             for lane in range(WIDTH):
                 h = coef[at.STEP * WIDTH + lane] if decision[lane] != at.KEEP else 0.0
-                lanes[at.WORK_SLIP_D * WIDTH + lane] += h * quadrature(
-                    samples, seen0, at.S_SLIP_D, at.SLIP_D, False, lane
+                lanes[at.WORK_SLIP_D * WIDTH + lane] += integral(h, samples, seen0, at.S_SLIP_D, at.SLIP_D, False, lane)
+                lanes[at.WORK_SLIP_E * WIDTH + lane] += integral(h, samples, seen0, at.S_SLIP_E, at.SLIP_E, False, lane)
+                lanes[at.WORK_HEAT * WIDTH + lane] += integral(h, samples, seen0, at.S_HEAT, at.HEAT, False, lane)
+                lanes[at.TORQUE_INTEGRAL * WIDTH + lane] += integral(
+                    h, samples, seen0, at.S_TORQUE, at.TORQUE, False, lane
                 )
-                lanes[at.WORK_SLIP_E * WIDTH + lane] += h * quadrature(
-                    samples, seen0, at.S_SLIP_E, at.SLIP_E, False, lane
+                lanes[at.TURN * WIDTH + lane] += integral(h, samples, seen0, at.S_WHIRL, at.WHIRL, False, lane)
+                lanes[at.DRIVE_INTEGRAL * WIDTH + lane] += integral(
+                    h, samples, seen0, at.S_DRIVE, at.DRIVE, False, lane
                 )
-                lanes[at.WORK_HEAT * WIDTH + lane] += h * quadrature(samples, seen0, at.S_HEAT, at.HEAT, False, lane)
-                torque = quadrature(samples, seen0, at.S_TORQUE, at.TORQUE, False, lane)
-                lanes[at.TORQUE_INTEGRAL * WIDTH + lane] += h * torque
-                lanes[at.TURN * WIDTH + lane] += h * quadrature(samples, seen0, at.S_WHIRL, at.WHIRL, False, lane)
-                drive = quadrature(samples, seen0, at.S_DRIVE, at.DRIVE, False, lane)
-                lanes[at.DRIVE_INTEGRAL * WIDTH + lane] += h * drive
                 if swings:
-                    power = quadrature(samples, seen0, at.S_DRIVE_POWER, at.DRIVE_POWER, False, lane)
-                    lanes[at.DRIVE_WORK * WIDTH + lane] += h * power
+                    lanes[at.DRIVE_WORK * WIDTH + lane] += integral(
+                        h, samples, seen0, at.S_DRIVE_POWER, at.DRIVE_POWER, False, lane
+                    )
                 # The slip's crossing of the slip speed is linear within a step: weights of either sign suit no jump.
                 first, last = seen0[at.SLOW * WIDTH + lane], seen1[at.SLOW * WIDTH + lane]
                 size = abs(first) + abs(last)
@@ -153,7 +171,9 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
             gap_d, gap_e = seen1[at.GAP_D * WIDTH + lane], seen1[at.GAP_E * WIDTH + lane]
             miss = max(-gap_d if open_d else abs(gap_d), -gap_e if open_e else abs(gap_e))
             deepest = lanes[at.PENETRATION * WIDTH + lane]
-            lanes[at.PENETRATION * WIDTH + lane] = miss if taken and not miss <= deepest else deepest
+            # The end of a step before an impact may lie a little beyond the wall: it is put right there.
+            inside = taken and decision[lane] != at.IMPACT
+            lanes[at.PENETRATION * WIDTH + lane] = miss if inside and not miss <= deepest else deepest
             reference = lanes[at.LOAD_REFERENCE * WIDTH + lane]
             largest = max(max(seen1[at.N_D * WIDTH + lane], seen1[at.N_E * WIDTH + lane]), reference)
             lanes[at.LOAD_REFERENCE * WIDTH + lane] = largest if taken else reference
@@ -165,10 +185,10 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
                 force = seen1[(at.N_D + side) * WIDTH + lane]
                 high, low = (at.BEST_D_MAX, at.BEST_D_MIN) if side == 0 else (at.BEST_E_MAX, at.BEST_E_MIN)
                 best_high, best_low = lanes[high * WIDTH + lane], lanes[low * WIDTH + lane]
-                lanes[high * WIDTH + lane] = max(best_high, force) if taken and not is_open else best_high
-                lanes[low * WIDTH + lane] = max(best_low, -force) if taken and not is_open else best_low
+                lanes[high * WIDTH + lane] = max(best_high, force) if inside and not is_open else best_high
+                lanes[low * WIDTH + lane] = max(best_low, -force) if inside and not is_open else best_low
             tilt = lanes[at.BEST_TILT * WIDTH + lane]
-            lanes[at.BEST_TILT * WIDTH + lane] = max(tilt, seen1[at.W2 * WIDTH + lane]) if taken else tilt
+            lanes[at.BEST_TILT * WIDTH + lane] = max(tilt, seen1[at.W2 * WIDTH + lane]) if inside else tilt
             hold = lanes[at.HOLD * WIDTH + lane]
             lanes[at.HOLD * WIDTH + lane] = 0.0 if taken else hold
             tries = lanes[at.TRIES * WIDTH + lane]
@@ -181,6 +201,22 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
             for lane in range(WIDTH):
                 here = row * WIDTH + lane
                 seen0[here] = seen1[here] if decision[lane] != at.KEEP else seen0[here]
+        steps, duration, most, accuracy = limits
+        until, count = duration * (1.0 - ROUNDING), 0
+        for lane in range(WIDTH):
+            energy = seen0[at.KINETIC * WIDTH + lane] + seen0[at.POTENTIAL * WIDTH + lane]
+            sound = (abs(energy) < math.inf) & (lanes[at.ENERGY_ERROR * WIDTH + lane] < math.inf)
+            sound &= (lanes[at.PENETRATION * WIDTH + lane] <= accuracy) & (lanes[at.STATUS * WIDTH + lane] == 0.0)
+            if rubs:
+                sound &= seen0[at.MARGIN * WIDTH + lane] > 0.0
+            passed = lanes[at.EVENTS * WIDTH + lane]
+            sound &= (passed <= most) & (lanes[at.ROUNDS * WIDTH + lane] <= MOST_ROUNDS * (steps + passed))
+            quiet = (decision[lane] <= at.TAKE) & (lanes[at.MODE * WIDTH + lane] == 0.0)
+            quiet &= lanes[at.T * WIDTH + lane] < until
+            needed = ~(sound & quiet) & (lanes[at.BUSY * WIDTH + lane] > 0.0)
+            calls[lane] = 1 if needed else 0
+            count += needed
+        return count
 
     @routine
     def renew(f0, seen0, f1, seen1, decision):

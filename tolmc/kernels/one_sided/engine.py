@@ -15,13 +15,14 @@ from tolmc.kernels.one_sided import lane as one_lane
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided import samples as ways
 from tolmc.kernels.one_sided import stepper as steppers
+from tolmc.kernels.one_sided.buffers import borrowed
 from tolmc.kernels.one_sided.equations import EQUATIONS
 from tolmc.kernels.one_sided.layout import WIDTH
 
 
 @device
-def _lanes(rows):
-    """Array of ``rows`` rows of lanes that begins on a cache line."""
+def _buffer(rows):
+    """Room for ``rows`` rows of lanes that begins on a cache line."""
     buffer = np.empty(rows * WIDTH + 7)
     skip = (-(buffer.ctypes.data // 8)) % 8
     return buffer[skip : skip + rows * WIDTH]
@@ -31,21 +32,35 @@ def build(equations, rk4: bool):
     """The loop over rounds of one kind of scene."""
     stepper = steppers.build(equations, rk4)
     lane_functions = one_lane.build(equations, stepper, rk4)
-    step, look, decide, jump = stepper.step, stepper.look, lane_functions.decide, lane_functions.jump
+    step, look = stepper.step, stepper.look
+    decide, reach, jump = lane_functions.decide, lane_functions.reach, lane_functions.jump
     screen, take, renew, next_steps = clocks.build(equations, stepper, rk4)
     load, begin, state_of, store, note = ways.build(equations, lane_functions)
-    n_state, n_coef, n_samples, stages = equations.state, equations.coefficients, equations.samples, stepper.stages
+    n_state, n_coef, stages = equations.state, equations.coefficients, stepper.stages
+    # Rows of the buffer: states and rates, then what is known of the lanes.
+    kept = (stages + 1) * equations.samples
+    first = (stages + 6) * n_state
+    looks = first + n_coef + at.CARRIED
+    last = looks + 2 * at.SEEN + at.EVENT + kept
 
     @routine
     def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, events):
         """Integrate every column; ``counts`` (rounds of all lanes, rows and events of the record of sample 0)."""
         n = raw.shape[1]
-        y, end, argument = _lanes(n_state), _lanes(n_state), _lanes(n_state)
-        f0, f1, k = _lanes(n_state), _lanes(n_state), _lanes((stages + 1) * n_state)
-        coef, lanes, log = _lanes(n_coef), _lanes(at.CARRIED), _lanes(at.EVENT)
-        samples, seen0, seen1 = _lanes((stages + 1) * n_samples), _lanes(at.SEEN), _lanes(at.SEEN)
-        decision = np.empty(WIDTH, np.int64)
-        samples[:], seen0[:], seen1[:], log[:] = 0.0, 0.0, 0.0, 0.0
+        room = _buffer(last)
+        room[:] = 0.0
+        y, end, argument = (
+            borrowed(room, 0, n_state),
+            borrowed(room, n_state, n_state),
+            borrowed(room, 2 * n_state, n_state),
+        )
+        f0, f1 = borrowed(room, 3 * n_state, n_state), borrowed(room, 4 * n_state, n_state)
+        k = borrowed(room, 5 * n_state, (stages + 1) * n_state)
+        coef, lanes = borrowed(room, first, n_coef), borrowed(room, first + n_coef, at.CARRIED)
+        seen0, seen1 = borrowed(room, looks, at.SEEN), borrowed(room, looks + at.SEEN, at.SEEN)
+        log, samples = borrowed(room, looks + 2 * at.SEEN, at.EVENT), borrowed(room, last - kept, kept)
+        decision, calls = np.empty(WIDTH, np.int64), np.empty(WIDTH, np.int64)
+        limits = (float(steps), duration, float(most), accuracy)
         step_length = duration / steps
         queue = 0
         for lane in range(WIDTH):
@@ -57,7 +72,7 @@ def build(equations, rk4: bool):
         look(y, coef, f1, seen1)
         renew(f0, seen0, f1, seen1, decision)
         for lane in range(WIDTH):
-            begin(raw, coef, lanes, seen0, lane)
+            begin(raw, y, coef, lanes, seen0, lane)
         next_steps(coef, lanes, seen0, step_length, duration, decision)
         recording = record.shape[1] > 0
         if recording:
@@ -78,23 +93,26 @@ def build(equations, rk4: bool):
                             lanes[at.MODE * WIDTH + lane] = verdict
                         elif verdict == at.KEEP:
                             coef[at.STEP * WIDTH + lane] *= place
-            take(y, f0, seen0, end, f1, seen1, coef, lanes, samples, decision)
-            if recording and decision[0] != at.KEEP and lanes[at.BUSY * WIDTH] > 0.0:
+            called = take(y, f0, seen0, end, f1, seen1, coef, lanes, samples, limits, decision, calls)
+            if recording and decision[0] != at.KEEP and decision[0] != at.IMPACT and lanes[at.BUSY * WIDTH] > 0.0:
                 note(record, events, counts, y, coef, lanes, seen0, log, False)
             jumped = 0
-            for lane in range(WIDTH):
+            for lane in range(WIDTH if called > 0 else 0):
+                if calls[lane] == 0:
+                    continue
                 pending = int(lanes[at.MODE * WIDTH + lane])
                 if pending > 0:
                     decision[lane], lanes[at.MODE * WIDTH + lane] = pending, 0.0
-                done = decision[lane] != at.KEEP and not lanes[at.T * WIDTH + lane] < duration * (1.0 - 4e-16)
+                done = decision[lane] != at.KEEP and not lanes[at.T * WIDTH + lane] < duration * (1.0 - clocks.ROUNDING)
                 if decision[lane] > at.TAKE and not done:
-                    gap = (seen0[at.GAP_D * WIDTH + lane], seen0[at.GAP_E * WIDTH + lane])
-                    rate = (seen0[at.RATE_D * WIDTH + lane], seen0[at.RATE_E * WIDTH + lane])
+                    gap, rate = reach(y, f0, coef, lanes, seen0, seen1, argument, f1, decision[lane], duration, lane)
+                    if recording and lane == 0 and decision[lane] == at.IMPACT:
+                        note(record, events, counts, y, coef, lanes, seen0, log, False)
                     jump(y, coef, lanes, log, lane, decision[lane], gap, rate)
                     lanes[at.TRIES * WIDTH + lane] = 0.0
                     jumped += 1
                 status = state_of(lanes, seen0, steps, most, accuracy, lane)
-                if (done or status != at.OK) and lanes[at.BUSY * WIDTH + lane] > 0.0:
+                if done or status != at.OK:
                     store(y, coef, lanes, seen0, out, lane, status)
                     if queue < n:
                         load(raw, given, queue, y, coef, lanes, log, lane)
@@ -109,10 +127,11 @@ def build(equations, rk4: bool):
                 renew(f0, seen0, f1, seen1, decision)
                 for lane in range(WIDTH):
                     if decision[lane] == at.START:
-                        begin(raw, coef, lanes, seen0, lane)
+                        begin(raw, y, coef, lanes, seen0, lane)
                 if recording and decision[0] > at.TAKE and lanes[at.BUSY * WIDTH] > 0.0:
                     note(record, events, counts, y, coef, lanes, seen0, log, True)
             next_steps(coef, lanes, seen0, step_length, duration, decision)
+        room[0] = 0.0  # it is alive until here
 
     return rounds
 

@@ -39,6 +39,7 @@ class Equations(NamedTuple):
     system: object
     kick: object
     project: object
+    momentum: object
 
 
 def _given(section, body, spins):
@@ -283,7 +284,7 @@ def build(section, body, rubs: bool) -> Equations:
     samples = 11 if swings else 10 if rubs else 4 if works else 3
     return Equations(
         state, body.COEFFICIENTS, samples, spins, works, rubs, swings, section.FAR, section.UNIT,
-        prepare, start, advance, look, system, kick, project,
+        prepare, start, advance, look, system, kick, project, body.momentum,
     )  # fmt: skip
 
 

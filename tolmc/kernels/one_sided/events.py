@@ -10,7 +10,7 @@ import math
 from tolmc.kernels.jit import device, routine
 
 _SCAN = 12  # places at which a polynomial is looked at for its first change of sign
-_BISECTIONS = 60
+_ITERATIONS = 40  # of Newton's for a root: four or so, where it stays in its bracket
 
 
 @device
@@ -31,21 +31,35 @@ def hermite(g0, r0, a0, g1, r1, a1, h):
 @routine
 def first_fall(c):
     """First s in (0, 1] where the polynomial falls through zero; 0 where it is negative from the start, 2 where it does not."""
-    low, value = 0.0, _horner(c, 0.0)
-    if value < 0.0:
+    low = 0.0
+    if _horner(c, low) < 0.0:
         return 0.0
     for place in range(1, _SCAN + 1):
         high = place / _SCAN
         if _horner(c, high) < 0.0:
-            for _ in range(_BISECTIONS):
-                middle = 0.5 * (low + high)
-                if _horner(c, middle) < 0.0:
-                    high = middle
-                else:
-                    low = middle
-            return high
+            return _fall_between(c, low, high)
         low = high
     return 2.0
+
+
+@routine
+def _fall_between(c, low, high):
+    """The root between two places of which the second alone is negative: Newton's from there, kept between them."""
+    _, c1, c2, c3, c4, c5 = c
+    s = high
+    for _ in range(_ITERATIONS):
+        value = _horner(c, s)
+        if value == 0.0:
+            return s
+        low, high = (low, s) if value < 0.0 else (s, high)
+        slope = c1 + s * (2.0 * c2 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))
+        moved = s - value / slope
+        if not low < moved < high:
+            moved = 0.5 * (low + high)
+        if abs(moved - s) <= 1e-9:  # the next one would be by rounding: the iteration is quadratic
+            return moved
+        s = moved
+    return s
 
 
 @routine

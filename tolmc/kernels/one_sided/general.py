@@ -235,6 +235,27 @@ def energies(y, spin, spins, coef, lane, width):
 
 
 @device
+def momentum(y, spin, coef, lane, width):
+    """Angular momentum about Z, that of a unit turn about Z, over m c^2, and 0: no part is left out.
+
+    A unit turn is o' = Jo, W = Z/kappa.
+    """
+    e_x, e_y, n, _, f11, f12, f22, r, j, w1, w2, _ = _body(y, coef, lane, width)
+    per_kappa = 1.0 / coef[at.KAPPA * width + lane]
+    jx, jy = -y[at.O_Y * width + lane], y[at.O_X * width + lane]
+    ux, uy = y[at.OV_X * width + lane], y[at.OV_Y * width + lane]
+    w3, z1, z2, z3 = spin * per_kappa, -e_x * per_kappa, -e_y * per_kappa, n * per_kappa
+    q1, q2, q3 = _cross(w1, w2, w3, r[0], r[1], r[2])
+    qx, qy = f11 * q1 + f12 * q2 + e_x * q3, f12 * q1 + f22 * q2 + e_y * q3
+    q1, q2, q3 = _cross(z1, z2, z3, r[0], r[1], r[2])
+    tx, ty = f11 * q1 + f12 * q2 + e_x * q3, f12 * q1 + f22 * q2 + e_y * q3
+    h1, h2, h3 = _times(j, z1, z2, z3)
+    about_z = jx * (ux + qx) + jy * (uy + qy) + ux * tx + uy * ty + w1 * h1 + w2 * h2 + w3 * h3
+    unit = jx * jx + jy * jy + 2.0 * (jx * tx + jy * ty) + z1 * h1 + z2 * h2 + z3 * h3
+    return about_z, unit, 0.0
+
+
+@device
 def turn(y, spin, h, k, first, coef, lane, width):
     """h times the rates of cos(chi) and sin(chi): chi' = Omega + kappa^2 n^2 (w x w')/(1 + n)."""
     wx, wy = y[at.W_X * width + lane], y[at.W_Y * width + lane]

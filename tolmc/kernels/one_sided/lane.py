@@ -20,17 +20,30 @@ TOUCH = 2e-15  # gap over c at which an approaching contact is at the wall: the 
 TOGETHER = 1e-11  # gap below which another approaching contact belongs to the same impact
 OPENED = 1e-11  # gap from which on a released contact is armed again
 FORCE_ROUNDING = 1e-12  # of the largest force so far: a closed contact's force that counts as zero
+_FAR_ABOVE = 1e6  # times the height of rest: a contact that leaves its impact with the speed for so much does not rest
 TORQUE_ROUNDING = 1e-11  # of the largest force so far times the journal's radius: a torque that counts as zero
+AT_HAND = (
+    1e-5  # of a step or a time of change: an impact no further from a step's end is reached by the midpoint formula
+)
 _PATIENCE = 8  # trials after which an event counts as located if its gap or force is below the looser bound
 _LOOSE = 1e-10
 _AT_ONCE = 1e-6  # share of a step within which a released contact that turns back has not left
 _PEAK_MARGIN = 0.02  # an extremum nearer to a step's end, in steps, is read from the polynomial through its values
 
 
+@device
+def at_hand(g, r, a, h):
+    """Whether a closing gap is next to nothing: g/r small beside the step h, or beside r/g'' and not far from h."""
+    rate = abs(r)
+    near = abs(g) * abs(a) <= AT_HAND * rate * rate
+    return (abs(g) <= AT_HAND * h * rate) | (near & (abs(g) <= 100.0 * AT_HAND * h * rate))
+
+
 class Lane(NamedTuple):
     """Device functions for one lane."""
 
     decide: object
+    reach: object
     jump: object
     system_at: object
 
@@ -39,8 +52,20 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
     """Decisions and jumps on given equations."""
     fit = FIT_4 if rk4 else FIT_8
     looked_samples = stepper.looked_samples
-    system, kick, project_lane, far = equations.system, equations.kick, equations.project, equations.far
-    spins, unit, rubs = equations.spins, equations.unit, equations.rubs
+    system, look_at, kick, project_lane, far = (
+        equations.system,
+        equations.look,
+        equations.kick,
+        equations.project,
+        equations.far,
+    )
+    spins, unit, rubs, works, n_state = (
+        equations.spins,
+        equations.unit,
+        equations.rubs,
+        equations.works,
+        equations.state,
+    )
 
     @routine
     def system_at(y, coef, lane):
@@ -87,8 +112,8 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         # It leaves the wall by its acceleration, with no speed but rounding.
         drawn_off = abs(g0) <= TOGETHER and a0 > 0.0 and r0 * r0 <= 2.0 * a0 * OPENED
         if armed:
-            near = abs(g1) <= TOUCH or (tries >= _PATIENCE and abs(g1) <= _LOOSE)
-            if near and r1 < 0.0:
+            near = abs(g1) <= TOUCH or (tries >= _PATIENCE and abs(g1) <= TOGETHER)
+            if r1 < 0.0 and (near or at_hand(g1, r1, a1, h)):
                 return 1.0
             if g1 > 0.0 and (drawn_off or not (r0 < 0.0 < r1)):
                 return 2.0
@@ -133,7 +158,12 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         if abs(n1) <= zero and falls:
             return 1.0
         if n0 <= zero and n1 < -zero:
-            return -1.0
+            held = lanes[at.HOLD * WIDTH + lane] > 0.0
+            if not held and c[1] <= 0.0:
+                return -1.0
+            # It rises before it falls, or a contact that was let go has come back at once: let go where it falls.
+            place = first_fall((0.0, c[1], c[2], c[3], c[4], 0.0))
+            return place if _AT_ONCE < place < 1.0 else 0.25
         if n1 < -zero:
             place = first_fall((max(c[0], 0.0), c[1], c[2], c[3], c[4], 0.0))
             return place if 0.0 < place < 1.0 else 0.5
@@ -275,24 +305,32 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         )  # fmt: skip
 
     @device
-    def blow(y, coef, lanes, log, lane, when, on_d, on_e):
-        """The impact itself; returns the contacts that go on touching and a violation of the law."""
-        _, pd, pe, a, _, _, rate, q, _, _, hd, he = system_at(y, coef, lane)
-        bounce = 1.0 + coef[at.BOUNCE * WIDTH + lane]
+    def blow(y, coef, lanes, log, lane, when, on_d, on_e, back):
+        """The impact itself; returns the contacts that go on touching, a violation of the law and whether anything has hit.
+
+        ``back``: of a contact that has left the wall and falls back at once, which hits it only with a speed from above the
+        height of rest.
+        """
+        _, pd, pe, a, acc, _, rate, q, _, _, hd, he = system_at(y, coef, lane)
+        bounce = coef[at.BOUNCE * WIDTH + lane]
         # A closed contact has no speed along its normal but rounding.
         g_d = 0.0 if coef[at.CLOSED_D * WIDTH + lane] > 0.0 else rate[0]
         g_e = 0.0 if coef[at.CLOSED_E * WIDTH + lane] > 0.0 else rate[1]
+        b_d, b_e = g_d + bounce * min(g_d, 0.0), g_e + bounce * min(g_e, 0.0)
         if rubs:
-            pd, pe, a, hd, he = held_back(y, coef, lane, bounce * g_d, bounce * g_e, on_d, on_e)
-        l_d, l_e, missed = impulses(a, bounce * g_d, bounce * g_e, on_d, on_e)
+            pd, pe, a, hd, he = held_back(y, coef, lane, b_d, b_e, on_d, on_e)
+        l_d, l_e, missed = impulses(a, b_d, b_e, on_d, on_e)
         struck(y, coef, lanes, l_d, l_e, pd, pe, hd, he, lane)
-        scale = coef[at.FORCE * WIDTH + lane]
+        scale, least, hits = coef[at.FORCE * WIDTH + lane], 0.0, False
         for side in range(2):
             impulse, rate_in, own = (q[0] * l_d, -g_d, a[0]) if side == 0 else (q[1] * l_e, -g_e, a[3])
             speed = rate_in / q[side] if unit else rate_in
+            if back:
+                least = math.sqrt(2.0 * coef[at.REST_HEIGHT * WIDTH + lane] * abs(acc[side]))
             if impulse > 0.0:
                 # A contact that rests on the wall and is pressed by the other's blow has not hit it.
-                lanes[(at.COUNT_D + side) * WIDTH + lane] += 1.0 if rate_in > 0.0 else 0.0
+                lanes[(at.COUNT_D + side) * WIDTH + lane] += 1.0 if rate_in > least else 0.0
+                hits = hits or rate_in > least or not back
                 row = (at.SPEED_D + side) * WIDTH + lane
                 lanes[row] = max(lanes[row], speed)
                 row = (at.IMPULSE_D + side) * WIDTH + lane
@@ -309,11 +347,17 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
             there = on_d if side == 0 else on_e
             log[(at.E_SPEED_D + side) * WIDTH + lane] = coef[at.C * WIDTH + lane] * max(speed, 0.0) if there else 0.0
             log[(at.E_D + side) * WIDTH + lane] = 1.0 if there else 0.0
-        if math.isnan(lanes[at.HIT_AT * WIDTH + lane]) and (l_d > 0.0 or l_e > 0.0):
+        if math.isnan(lanes[at.HIT_AT * WIDTH + lane]) and hits:
             lanes[at.HIT_AT * WIDTH + lane] = when
         after_d, after_e = g_d + a[0] * l_d + a[1] * l_e, g_e + a[2] * l_d + a[3] * l_e
         small = 1e-12 * (abs(g_d) + abs(g_e))
-        return on_d and after_d <= small, on_e and after_e <= small, missed > 1e-9 * (abs(g_d) + abs(g_e))
+        # Whether every contact that was hit leaves so fast that none can come to rest: no need to look again.
+        height = _FAR_ABOVE * coef[at.REST_HEIGHT * WIDTH + lane]
+        away_d = not on_d or after_d * after_d > height * (abs(acc[0]) + g_d * g_d + g_e * g_e)
+        away_e = not on_e or after_e * after_e > height * (abs(acc[1]) + g_d * g_d + g_e * g_e)
+        away = away_d and away_e and after_d * (1.0 if on_d else 0.0) >= 0.0 and after_e * (1.0 if on_e else 0.0) >= 0.0
+        violated = missed > 1e-9 * (abs(g_d) + abs(g_e))
+        return on_d and after_d <= small, on_e and after_e <= small, violated, hits, away
 
     @device
     def struck(y, coef, lanes, l_d, l_e, pd, pe, hd, he, lane):
@@ -329,6 +373,62 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
             lanes[at.DRIVE_WORK * WIDTH + lane] += drive * y[at.SPIN_RATE * WIDTH + lane]
 
     @routine
+    def glance(y, coef, f, seen, lane):
+        look_at(y, coef, f, seen, lane, WIDTH)
+
+    @routine
+    def reach(y, f0, coef, lanes, seen0, seen1, argument, f1, kind, duration, lane):
+        """Goes the rest of the way to an impact close to the end of a step; the gaps and their rates there."""
+        h, rest = coef[at.STEP * WIDTH + lane], math.inf
+        for side in range(2):
+            row = side * WIDTH + lane
+            g, r, a = seen0[at.GAP_D * WIDTH + row], seen0[at.RATE_D * WIDTH + row], seen0[at.ACC_D * WIDTH + row]
+            is_open = coef[at.CLOSED_D * WIDTH + row] == 0.0 and lanes[at.ARMED_D * WIDTH + row] > 0.0
+            if is_open and r < 0.0 and at_hand(g, r, a, h):
+                rest = min(rest, 2.0 * g / (math.sqrt(max(r * r - 2.0 * a * g, 0.0)) - r))
+        there = kind == at.IMPACT and rest < math.inf
+        rest = min(rest, duration - lanes[at.T * WIDTH + lane]) if there else 0.0
+        if rest != 0.0:
+            for c in range(n_state):
+                argument[c * WIDTH + lane] = y[c * WIDTH + lane] + 0.5 * rest * f0[c * WIDTH + lane]
+            glance(argument, coef, f1, seen1, lane)
+            for c in range(n_state):
+                y[c * WIDTH + lane] += rest * f1[c * WIDTH + lane]
+            lanes[at.T * WIDTH + lane] += rest
+            extend(coef, lanes, seen0, seen1, rest, lane)
+        if kind == at.IMPACT:
+            end_of_step(coef, lanes, seen0, lane)
+        g_d, r_d, a_d = seen0[at.GAP_D * WIDTH + lane], seen0[at.RATE_D * WIDTH + lane], seen0[at.ACC_D * WIDTH + lane]
+        g_e, r_e, a_e = seen0[at.GAP_E * WIDTH + lane], seen0[at.RATE_E * WIDTH + lane], seen0[at.ACC_E * WIDTH + lane]
+        g_d, g_e = g_d + rest * (r_d + 0.5 * rest * a_d), g_e + rest * (r_e + 0.5 * rest * a_e)
+        return (g_d, g_e), (r_d + rest * a_d, r_e + rest * a_e)
+
+    @device
+    def extend(coef, lanes, seen0, seen1, rest, lane):
+        """Times and integrals over the rest of the way, whose middle is in ``seen1``; what its end shows to ``seen0``."""
+        d, e = coef[at.CLOSED_D * WIDTH + lane] > 0.0, coef[at.CLOSED_E * WIDTH + lane] > 0.0
+        lanes[at.TIME_D * WIDTH + lane] += rest if d else 0.0
+        lanes[at.TIME_E * WIDTH + lane] += rest if e else 0.0
+        lanes[at.TIME_FREE * WIDTH + lane] += 0.0 if d or e else rest
+        lanes[at.INTEGRAL_D * WIDTH + lane] += rest * seen1[at.N_D * WIDTH + lane]
+        lanes[at.INTEGRAL_E * WIDTH + lane] += rest * seen1[at.N_E * WIDTH + lane]
+        if works:
+            lanes[at.WORK * WIDTH + lane] += rest * seen1[at.POWER * WIDTH + lane]
+        for row in (at.N_D, at.N_E, at.W2, at.KINETIC, at.POTENTIAL):
+            seen0[row * WIDTH + lane] = 2.0 * seen1[row * WIDTH + lane] - seen0[row * WIDTH + lane]
+
+    @device
+    def end_of_step(coef, lanes, seen0, lane):
+        """The forces of closed contacts and the tilt at the end of a step, for their extrema."""
+        for side in range(2):
+            if coef[(at.CLOSED_D + side) * WIDTH + lane] > 0.0:
+                force, high = seen0[(at.N_D + side) * WIDTH + lane], at.BEST_D_MAX + 2 * side
+                lanes[high * WIDTH + lane] = max(lanes[high * WIDTH + lane], force)
+                lanes[(high + 1) * WIDTH + lane] = max(lanes[(high + 1) * WIDTH + lane], -force)
+        tilt = at.BEST_TILT * WIDTH + lane
+        lanes[tilt] = max(lanes[tilt], seen0[at.W2 * WIDTH + lane])
+
+    @routine
     def jump(y, coef, lanes, log, lane, kind, gap, rate):
         """What happens at an event: impact or release, then which contacts stay closed, until nothing changes.
 
@@ -337,10 +437,14 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         when = lanes[at.T * WIDTH + lane]
         was_d, was_e = coef[at.CLOSED_D * WIDTH + lane] > 0.0, coef[at.CLOSED_E * WIDTH + lane] > 0.0
         on_d, on_e, wrong = was_d, was_e, False
-        if kind == at.IMPACT or kind == at.START:
-            on_d = on_d or (gap[0] <= TOGETHER and rate[0] < 0.0 and lanes[at.ARMED_D * WIDTH + lane] > 0.0)
-            on_e = on_e or (gap[1] <= TOGETHER and rate[1] < 0.0 and lanes[at.ARMED_E * WIDTH + lane] > 0.0)
-        if kind == at.FALL_BACK_D or kind == at.FALL_BACK_E:
+        back = kind == at.FALL_BACK_D or kind == at.FALL_BACK_E
+        hits = kind == at.IMPACT or kind == at.START
+        if hits:
+            # A contact that has just left the wall, and is there still, takes part whatever its speed.
+            armed_d, armed_e = lanes[at.ARMED_D * WIDTH + lane] > 0.0, lanes[at.ARMED_E * WIDTH + lane] > 0.0
+            on_d = on_d or (gap[0] <= TOGETHER and (rate[0] < 0.0 or not armed_d))
+            on_e = on_e or (gap[1] <= TOGETHER and (rate[1] < 0.0 or not armed_e))
+        if back:
             on_d, on_e = on_d or kind == at.FALL_BACK_D, on_e or kind == at.FALL_BACK_E
             lanes[at.HOLD * WIDTH + lane] = 1.0
         v0, v1, v2, v3 = (
@@ -352,19 +456,20 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
             log[row * WIDTH + lane] = 0.0
         log[at.E_TIME * WIDTH + lane] = when
         can_d, can_e = on_d, on_e
-        if kind == at.IMPACT or kind == at.START:
+        bounce = coef[at.BOUNCE * WIDTH + lane]
+        settles, strikes, away = hits and bounce < 1.0, hits, False
+        if hits or back:
             y[4 * WIDTH + lane], y[5 * WIDTH + lane], y[6 * WIDTH + lane], y[7 * WIDTH + lane] = v0, v1, v2, v3
-            can_d, can_e, wrong = blow(y, coef, lanes, log, lane, when, on_d, on_e)
-            log[at.E_KIND * WIDTH + lane] = 0.0
-        elif kind == at.FALL_BACK_D or kind == at.FALL_BACK_E:
-            log[at.E_KIND * WIDTH + lane] = 2.0
+            can_d, can_e, wrong, strikes, away = blow(y, coef, lanes, log, lane, when, on_d, on_e, back)
+            log[at.E_KIND * WIDTH + lane] = 0.0 if strikes else 2.0
+            settles = settles or (back and (bounce < 1.0 or not strikes))
         else:
             can_d, can_e = can_d and kind == at.RELEASE_E, can_e and kind == at.RELEASE_D
             log[at.E_KIND * WIDTH + lane] = 1.0
             log[at.E_D * WIDTH + lane] = 1.0 if was_d and not can_d else 0.0
             log[at.E_E * WIDTH + lane] = 1.0 if was_e and not can_e else 0.0
         d, e = False, False
-        for _ in range(3):
+        for _ in range(0 if away else 3):
             if can_d or can_e:
                 project(y, coef, can_d, can_e, lane)
             _, pd, pe, a, acc, _, rate, q, _, _, hd, he = system_at(y, coef, lane)
@@ -373,7 +478,6 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
             l_d, l_e = forces(a, acc, d, e)
             acc_d, acc_e = acc[0] + a[0] * l_d + a[1] * l_e, acc[1] + a[2] * l_d + a[3] * l_e
             height = coef[at.REST_HEIGHT * WIDTH + lane]
-            settles = coef[at.BOUNCE * WIDTH + lane] < 1.0 and (kind == at.IMPACT or kind == at.START)
             rest_d = settles and on_d and not can_d and acc_d < 0.0 and rate[0] * rate[0] < -2.0 * height * acc_d
             rest_e = settles and on_e and not can_e and acc_e < 0.0 and rate[1] * rate[1] < -2.0 * height * acc_e
             if not (rest_d or rest_e):
@@ -381,15 +485,16 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
             can_d, can_e = can_d or rest_d, can_e or rest_e
             l_d, l_e = brought_to_rest(a, rate[0], rate[1], can_d, can_e)
             struck(y, coef, lanes, l_d, l_e, pd, pe, hd, he, lane)
-            # It stands for the bounces left out: it counts in the mean force, and in nothing else.
-            lanes[at.CLOSING_D * WIDTH + lane] += q[0] * l_d
-            lanes[at.CLOSING_E * WIDTH + lane] += q[1] * l_e
+            # It stands for the bounces left out: with the force of a contact that is closed a little too early it comes to the
+            # same impulse as they do.
+            lanes[at.TOTAL_D * WIDTH + lane] += q[0] * l_d
+            lanes[at.TOTAL_E * WIDTH + lane] += q[1] * l_e
         coef[at.CLOSED_D * WIDTH + lane], coef[at.CLOSED_E * WIDTH + lane] = 1.0 if d else 0.0, 1.0 if e else 0.0
         # A contact that stays open without a speed of its own has to open first.
         if on_d:
-            lanes[at.ARMED_D * WIDTH + lane] = 0.0 if can_d or not (kind == at.IMPACT or kind == at.START) else 1.0
+            lanes[at.ARMED_D * WIDTH + lane] = 0.0 if can_d or not strikes else 1.0
         if on_e:
-            lanes[at.ARMED_E * WIDTH + lane] = 0.0 if can_e or not (kind == at.IMPACT or kind == at.START) else 1.0
+            lanes[at.ARMED_E * WIDTH + lane] = 0.0 if can_e or not strikes else 1.0
         if math.isnan(lanes[at.LOST_AT * WIDTH + lane]) and not (d and e):
             lanes[at.LOST_AT * WIDTH + lane] = when
             if coef[at.BOUNCE * WIDTH + lane] < 0.0:
@@ -403,4 +508,4 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         """lambda of the contacts that stay closed."""
         return brought_to_rest(a, acc[0], acc[1], d, e)
 
-    return Lane(decide, jump, system_at)
+    return Lane(decide, reach, jump, system_at)

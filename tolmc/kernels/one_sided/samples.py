@@ -8,11 +8,10 @@ from typing import NamedTuple
 from tolmc.kernels import parameters as P
 from tolmc.kernels.jit import routine
 from tolmc.kernels.one_sided import layout as at
+from tolmc.kernels.one_sided.clock import MOST_ROUNDS
 from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.lane import Lane
 from tolmc.kernels.one_sided.layout import WIDTH
-
-_ROUNDS = 64  # rounds for each step and event after which a lane is given up; usual are one and two
 
 
 class Samples(NamedTuple):
@@ -29,6 +28,12 @@ def build(equations: Equations, lane_functions: Lane) -> Samples:
     """The way in and out of one kind of scene."""
     jump, system_at = lane_functions.jump, lane_functions.system_at
     prepare, start, spins, rubs = equations.prepare, equations.start, equations.spins, equations.rubs
+    momentum = equations.momentum
+
+    @routine
+    def momentum_of(y, coef, lane):
+        spin = y[at.SPIN_RATE * WIDTH + lane] if spins else coef[at.OMEGA_FIXED * WIDTH + lane]
+        return momentum(y, spin, coef, lane, WIDTH)
 
     @routine
     def load(raw, given, i, y, coef, lanes, log, lane):
@@ -54,8 +59,9 @@ def build(equations: Equations, lane_functions: Lane) -> Samples:
         lanes[at.EVENTS * WIDTH + lane] = 0.0
 
     @routine
-    def begin(raw, coef, lanes, seen0, lane):
-        """The energy from which a lane's balance starts."""
+    def begin(raw, y, coef, lanes, seen0, lane):
+        """The energy from which a lane's balance starts, and its angular momentum about Z."""
+        lanes[at.MOMENTUM_0 * WIDTH + lane], _, _ = momentum_of(y, coef, lane)
         kinetic = seen0[at.KINETIC * WIDTH + lane]
         balance = kinetic + seen0[at.POTENTIAL * WIDTH + lane]
         balance += lanes[at.IMPACT_LOSS * WIDTH + lane] - lanes[at.WORK * WIDTH + lane]
@@ -77,7 +83,7 @@ def build(equations: Equations, lane_functions: Lane) -> Samples:
             return at.PENETRATES
         if lanes[at.EVENTS * WIDTH + lane] > most:
             return at.TOO_MANY
-        if lanes[at.ROUNDS * WIDTH + lane] > _ROUNDS * (steps + lanes[at.EVENTS * WIDTH + lane]):
+        if lanes[at.ROUNDS * WIDTH + lane] > MOST_ROUNDS * (steps + lanes[at.EVENTS * WIDTH + lane]):
             return at.UNRESOLVED
         return at.OK
 
@@ -111,6 +117,11 @@ def build(equations: Equations, lane_functions: Lane) -> Samples:
         out[at.R_IMPACT_LOSS, i] = joule * lanes[at.IMPACT_LOSS * WIDTH + lane]
         error = lanes[at.ENERGY_ERROR * WIDTH + lane]
         out[at.R_ENERGY_ERROR, i] = error / lanes[at.ENERGY_SCALE * WIDTH + lane] if error != 0.0 else 0.0
+        about_z, turn, constant = momentum_of(y, coef, lane)
+        change = abs(about_z - lanes[at.MOMENTUM_0 * WIDTH + lane])
+        # The largest it can have with the energy there is, by Cauchy and Schwarz.
+        largest = math.sqrt(2.0 * lanes[at.ENERGY_SCALE * WIDTH + lane] * turn) + constant
+        out[at.R_MOMENTUM_ERROR, i] = change / largest if change != 0.0 else 0.0
         out[at.R_PENETRATION, i] = lanes[at.PENETRATION * WIDTH + lane]
         kappa = coef[at.KAPPA * WIDTH + lane]
         u, v = kappa * y[at.W_X * WIDTH + lane], kappa * y[at.W_Y * WIDTH + lane]

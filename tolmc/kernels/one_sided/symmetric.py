@@ -126,6 +126,32 @@ def energies(y, spin, spins, coef, lane, width):
 
 
 @device
+def momentum(y, spin, coef, lane, width):
+    """Angular momentum about Z less the constant C Omega, that of a unit turn about Z, and |C Omega|, over m c^2.
+
+    A unit turn is o' = Jo, w' = Jw. C Omega (n - 1) = -C Omega kappa^2 |w|^2 y/(1 + n).
+    """
+    ox, oy, wx, wy = (
+        y[at.O_X * width + lane],
+        y[at.O_Y * width + lane],
+        y[at.W_X * width + lane],
+        y[at.W_Y * width + lane],
+    )
+    ux, uy = y[at.OV_X * width + lane], y[at.OV_Y * width + lane]
+    vx, vy = y[at.WV_X * width + lane], y[at.WV_Y * width + lane]
+    kappa2, b, z = coef[at.KAPPA2 * width + lane], coef[_B * width + lane], coef[_Z * width + lane]
+    w2, dot = wx * wx + wy * wy, wx * vx + wy * vy
+    n2 = 1.0 / (1.0 + kappa2 * w2)
+    n = math.sqrt(n2)
+    rho = kappa2 * n2 * dot
+    px, py, turned = vx - rho * wx, vy - rho * wy, wx * vy - wy * vx
+    about_z = ox * uy - oy * ux + z * n * (ox * py - oy * px + wx * uy - wy * ux) + b * n2 * turned
+    gyro = coef[_GYRO * width + lane] * spin
+    unit = ox * ox + oy * oy + 2.0 * z * n * (ox * wx + oy * wy) + b * n2 * w2
+    return about_z - gyro * w2 * n2 / (1.0 + n), unit, abs(gyro) / kappa2
+
+
+@device
 def turn(y, spin, h, k, first, coef, lane, width):
     """h times the rates of cos(chi) and sin(chi): not part of the state here."""
 
