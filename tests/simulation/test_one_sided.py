@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,9 @@ from scenes import PAPER_JOINT, SYMMETRIC, UNBALANCED, dimensions
 
 import tolmc
 from tolmc.simulation import one_sided
+from tolmc.tolerances.draw import sample
+
+STUDIES = Path(__file__).parents[2] / "studies"
 
 SMOOTH = {name: case for name, case in CASES.items() if not case["friction"]}
 GRAVITY = tolmc.Loads((0, -9.81, 0))
@@ -41,8 +45,9 @@ def test_a_reference_motion_is_met(name, fine):
     for end in "DE":
         for output in (f"impact_speed_{end}_max", f"impulse_{end}_max"):
             assert row[output] == pytest.approx(expected[output], rel=1e-5, abs=1e-12)
-        # Sums over bounces without end depend on the height at which they are left out.
-        sums = 1e-5 if not case["chatter"] else 2e-4
+        # Sums over bounces without end depend on the height at which they are left out, and on how many are followed to it.
+        followed = row[f"impacts_{end}"] == expected[f"impacts_{end}"]
+        sums = 1e-5 if not case["chatter"] else 5e-5 if followed else 2e-4
         assert row[f"impulse_{end}_total"] == pytest.approx(expected[f"impulse_{end}_total"], rel=sums)
         assert row[f"closed_share_{end}"] == pytest.approx(
             expected[f"contact_share_{end}"], abs=1e-3 if case["chatter"] else 1e-5
@@ -242,6 +247,69 @@ def test_random_motions_keep_the_laws():
 @pytest.mark.parametrize("section", ["circle", "exact"])
 def test_a_hundred_thousand_random_motions_keep_the_laws(section):
     check_random(100_000, seed=2, section=section)
+
+
+@pytest.mark.parametrize(
+    ("section", "n", "seed", "rows"),
+    [
+        ("circle", 30_000, 7, (21804, 7317, 25147)),
+        ("circle", 100_000, 2, (21169,)),
+        ("exact", 100_000, 2, (9091, 41926)),
+    ],
+)
+def test_motions_that_once_led_nowhere_do_not(section, n, seed, rows):
+    """A force that vanishes within rounding, a blow at one end just after the other's release, a rim through the middle."""
+    scene = tolmc.Scene(
+        replace(PAPER_JOINT, restitution=0.5, section=section),
+        SYMMETRIC.body,
+        GRAVITY,
+        tolmc.Motion.free((0, 0), (0, 0)),
+        0.25,
+    )
+    columns = {name: column[list(rows)] for name, column in random_scenes(n, seed).items()}
+    found = tolmc.simulate_many(scene, **dimensions(scene), parameters=columns, step=1e-3, accuracy=1e-6)
+    assert found.status.eq("ok").all()
+
+
+# Samples of the unbalanced rotor
+
+
+def rotors(first, count):
+    study = tolmc.load_study(STUDIES / "unbalanced_rotor.toml")
+    drawn = sample(study.tolerances, count, sampling=study.sampling, seed=study.seed, start=first)
+    columns = study.with_inertia({name: drawn[name].to_numpy() for name in drawn})
+    sizes = dimensions(study.scene) | {name: columns.pop(name) for name in dimensions(study.scene) if name in columns}
+    return tolmc.simulate_many(study.scene, **sizes, parameters=columns, step=study.scene.duration / 640, accuracy=1e-6)
+
+
+@pytest.mark.parametrize("number", [3538, 5354, 6518, 8228])
+def test_a_blow_that_throws_the_other_end_back_at_the_wall_keeps_the_balance(number):
+    """Released a moment before, it takes part in the impact; a force at rounding is not let go and caught without end."""
+    row = rotors(number, 1).iloc[0]
+    assert row.status == "ok"
+    assert row.energy_error < 1e-11
+
+
+def test_a_rotor_does_not_depend_on_its_neighbours():
+    whole = rotors(1232, 64)
+    assert whole.status.eq("ok").all()
+    columns = [name for name in whole if whole[name].dtype == float]
+    for number in (1259, 1232, 1295):
+        np.testing.assert_array_equal(
+            rotors(number, 1)[columns].to_numpy()[0], whole[columns].to_numpy()[number - 1232], err_msg=str(number)
+        )
+
+
+@pytest.mark.parametrize("body", [SYMMETRIC.body, UNBALANCED], ids=["symmetric", "general"])
+def test_impacts_keep_the_momentum_about_z(body):
+    motion = tolmc.Motion.free((0.001, 0.002), (0.1, -0.05), (0.3, 0.4), (3.0, 5.0), spin_rate=80.0)
+    scene = tolmc.Scene(replace(PAPER_JOINT, restitution=0.6), body, tolmc.Loads(), motion, 0.1)
+    found = many(scene, 32, step=1e-3)
+    assert found.status.eq("ok").all()
+    assert (found.impacts_D + found.impacts_E > 2).all()
+    assert (found.momentum_error < 1e-9).all()
+    assert (found.momentum_error > 0).any()
+    assert "momentum_error" not in many(replace(scene, loads=GRAVITY), 1, step=1e-3)
 
 
 def test_a_motion_with_too_many_impacts_says_so(monkeypatch):

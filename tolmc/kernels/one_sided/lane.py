@@ -25,6 +25,7 @@ TORQUE_ROUNDING = 1e-11  # of the largest force so far times the journal's radiu
 AT_HAND = (
     1e-5  # of a step or a time of change: an impact no further from a step's end is reached by the midpoint formula
 )
+_LET_GO = 100.0  # times that: a falling force that counts as zero, still positive
 _PATIENCE = 8  # trials after which an event counts as located if its gap or force is below the looser bound
 _LOOSE = 1e-10
 _AT_ONCE = 1e-6  # share of a step within which a released contact that turns back has not left
@@ -122,6 +123,9 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         elif r0 < 0.0 and not drawn_off:
             return -1.0
         if g0 > far:
+            # A dip that the tangents at both ends keep from the wall.
+            if g1 > 0.0 and g0 * r1 - g1 * r0 + r0 * r1 * h >= 0.02 * (g0 + g1) * (r1 - r0):
+                return 2.0
             # Nothing is foretold from there: back from the end.
             return min(max(1.0 - g1 / (r1 * h), 0.1), 0.999) if r1 < 0.0 else 0.5
         c0, c1, c2, c3, c4, c5 = hermite(g0, r0, a0, g1, r1, a1, h)
@@ -152,10 +156,11 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         if lanes[at.TRIES * WIDTH + lane] >= _PATIENCE:
             zero *= 100.0
         c = polynomial(samples, seen0, seen1, side, 1.0, lane)
-        falls = c[1] + 2.0 * c[2] + 3.0 * c[3] + 4.0 * c[4] < 0.0
+        # In a step that is next to nothing the polynomial is rounding.
+        falls = c[1] + 2.0 * c[2] + 3.0 * c[3] + 4.0 * c[4] < 0.0 or n1 < 0.1 * n0
         if lanes[at.HOLD * WIDTH + lane] > 0.0 and n1 > -zero:
             return 2.0
-        if abs(n1) <= zero and falls:
+        if -zero <= n1 <= _LET_GO * zero and falls:
             return 1.0
         if n0 <= zero and n1 < -zero:
             held = lanes[at.HOLD * WIDTH + lane] > 0.0
