@@ -1,17 +1,18 @@
-"""Motions with impacts: run time against error beside SciPy's events, restitution measured, and how busy the lanes are.
+"""Motions with impacts: run time against error beside SciPy's and heyoka's events, restitution measured, and busy lanes.
 
     python studies/impacts.py [--quick] [--figures DIR]
 
 The motion is a journal dropped from the middle of the paper's joint with varied bores, followed to between its third and its
-fourth impact. Both methods are timed in one process, the least processor time counts; the error is that of the pose at the
-end, against SciPy at rounding level. Then the restitution measured, and on longer motions how busy the lanes are and how many
+fourth impact. All methods are timed in one process, the least processor time counts; the error is that of the pose at the
+end, against SciPy at rounding level. heyoka, scalar and in batches, only where it is installed. Then the restitution measured, and on longer motions how busy the lanes are and how many
 rounds an impact takes beside the steps. Prints the tables and writes figures/impacts.png.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,7 @@ import pandas as pd
 from impact_peer import scipy_pose
 from matplotlib import rc_context
 from matplotlib.figure import Figure
-from study_tools import BLUE, ORANGE, STYLE, arguments, show
+from study_tools import BLUE, GREEN, GREY, ORANGE, STYLE, arguments, show
 
 from tolmc.kernels.one_sided import engine, layout
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
@@ -82,16 +83,32 @@ def against_scipy(quick: bool) -> pd.DataFrame:
         error = np.abs(np.array([scipy_pose(DROPPED, r, tolerance) for r in radius]) - exact).max()
         seconds = best_time(lambda tolerance=tolerance: scipy_pose(DROPPED, radius[0], tolerance), 3 if quick else 9)
         rows.append({"method": "SciPy DOP853", "setting": f"rtol {tolerance:g}", "error": error, "seconds": seconds})
-    return pd.DataFrame(rows)
+    return pd.DataFrame([*rows, *_of_heyoka(radius, radii, exact, quick)])
 
 
-def ratio_at(table: pd.DataFrame, error: float) -> float:
-    """Times faster at equal error, between each method's settings log against log."""
-    times = []
-    for _, rows in table.groupby("method", sort=False):
+def _of_heyoka(radius: np.ndarray, radii: np.ndarray, exact: np.ndarray, quick: bool) -> Iterator[dict[str, object]]:
+    """The same of heyoka's terminal events, nothing where it is not installed."""
+    if not importlib.util.find_spec("heyoka"):
+        return
+    from impact_heyoka import prepare
+
+    many = poses(radii[:256], 8)[1]
+    for method, batch in (("heyoka", False), ("heyoka, batches", True)):
+        for tolerance in (1e-6, 1e-8, 1e-10, 1e-12, 1e-15)[:: 2 if quick else 1]:
+            motions = prepare(DROPPED, tolerance, batch)
+            error = np.abs(motions(many)[:CHECKED] - exact).max()
+            seconds = best_time(lambda motions=motions: motions(many), 3) / len(many)
+            yield {"method": method, "setting": f"tol {tolerance:g}", "error": error, "seconds": seconds}
+
+
+def ratios_at(table: pd.DataFrame, error: float) -> dict[str, float]:
+    """Times faster than each other method at equal error, between its settings log against log."""
+    times = {}
+    for method, rows in table.groupby("method", sort=False):
         rows = rows.sort_values("error")
-        times.append(np.exp(np.interp(np.log(error), np.log(rows["error"]), np.log(rows["seconds"]))))
-    return times[1] / times[0]
+        times[method] = np.exp(np.interp(np.log(error), np.log(rows["error"]), np.log(rows["seconds"])))
+    own = times.pop("tolmc")
+    return {method: seconds / own for method, seconds in times.items()}
 
 
 def restitutions() -> pd.DataFrame:
@@ -138,7 +155,7 @@ def draw(table: pd.DataFrame) -> Figure:
     with rc_context(STYLE):
         figure = Figure(figsize=(6.4, 4.4), layout="constrained")
         axis = figure.add_subplot(xscale="log", yscale="log")
-        for (method, rows), colour in zip(table.groupby("method", sort=False), (BLUE, ORANGE), strict=True):
+        for (method, rows), colour in zip(table.groupby("method", sort=False), (BLUE, ORANGE, GREEN, GREY), strict=False):
             axis.plot(rows["error"], rows["seconds"], marker="o", color=colour, label=method)
         axis.set_title("A motion with three impacts")
         axis.set_xlabel("error of the pose after the third impact, over r")
@@ -152,7 +169,8 @@ def main() -> None:
     table = against_scipy(options.quick)
     show("Pose after the third impact", table, {"error": ".1e", "seconds": ".2e"})
     for error in (1e-6, 1e-8):
-        print(f"at an error of {error:g}: {ratio_at(table, error):,.0f} times faster than SciPy's events")
+        found = ", ".join(f"{ratio:,.1f} times faster than {method}" for method, ratio in ratios_at(table, error).items())
+        print(f"at an error of {error:g}: {found}")
     formats = {"impulse (N s)": ".9f", "speed (m/s)": ".9f", "energy lost (J)": ".9f", "measured": ".12f"}
     show("Restitution asked for and measured", restitutions(), formats)
     formats = {"lanes busy": ".3f", "impacts a motion": ".1f", "rounds an impact": ".2f", "ns a lane and round": ".0f"}

@@ -5,12 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from one_sided_rows import CASES, bore, row_of, scene_of
 from scenes import PAPER_JOINT, SYMMETRIC, UNBALANCED, dimensions
 
 import tolmc
+from tolmc.runs import run as runs
 from tolmc.simulation import one_sided
+from tolmc.simulation.pilot import plan_integration
 from tolmc.tolerances.draw import sample
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -330,6 +333,38 @@ def test_a_start_without_room_is_invalid():
         "geometry invalid",
         "geometry invalid",
     ]
+
+
+def test_an_interrupted_run_goes_on_with_the_same_bits(tmp_path, monkeypatch):
+    study = tolmc.load_study(STUDIES / "unbalanced_rotor.toml").replaced(samples=600, workers=1)
+    whole = tolmc.run(study).samples
+    make, made = runs._block, []
+
+    def stops(*arguments):
+        if made:
+            raise KeyboardInterrupt
+        made.append(arguments)
+        return make(*arguments)
+
+    monkeypatch.setattr(runs, "_block", stops)
+    with pytest.raises(KeyboardInterrupt):
+        tolmc.run(study, out=tmp_path / "run")
+    monkeypatch.undo()
+    resumed = tolmc.resume(tmp_path / "run").samples
+    assert made
+    assert (resumed.impacts_D > 0).all()
+    pd.testing.assert_frame_equal(resumed, whole, check_exact=True)
+
+
+def test_the_pilot_says_up_to_which_impact_halved_steps_agree():
+    motion = tolmc.Motion.free((0.001, 0.002), (0.15, -0.05), (0.05, 0.0), (0.0, 5.0), spin_rate=60.0)
+    scene = tolmc.Scene(replace(PAPER_JOINT, restitution=0.95), SYMMETRIC.body, GRAVITY, motion, 2.0)
+    plan = plan_integration(scene)
+    assert plan.chaotic == 1
+    assert 5 < plan.agreeing_impacts < 200
+    assert f"agree up to {plan.agreeing_impacts} impacts" in plan.chaotic_words()
+    briefly = plan_integration(replace(scene, duration=0.1))
+    assert (briefly.chaotic, briefly.agreeing_impacts, briefly.chaotic_words()) == (0, -1, "")
 
 
 # Trajectories

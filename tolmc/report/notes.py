@@ -119,6 +119,8 @@ def _pilot(plan: Mapping, ratios: pd.Series) -> str:
             f"; in {plan['chaotic']} of these motions impacts amplify whatever a step leaves, and their energy balance at "
             "rounding stands for it (the table compares statistics of the first samples at twice the steps)"
         )
+        if plan.get("agreeing_impacts", -1) >= 0:
+            found += f"; halved steps agree up to {plan['agreeing_impacts']:,} impacts"
     worst = ratios[np.isfinite(ratios)].max()
     if math.isnan(worst):
         return f"{found}, relative to the largest value."

@@ -7,7 +7,7 @@ here.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -198,6 +198,19 @@ def flown(raw: np.ndarray, plan: Plan, duration: float) -> tuple[Rows, np.recarr
         happened[at.E_SPEED_D : at.E_SPEED_E + 1].T,
     )
     return rows, events
+
+
+def agreeing_impacts(raw: np.ndarray, plan: Plan, duration: float) -> int:
+    """Impacts of the motion of column 0 before the first event that twice the steps put elsewhere or make another."""
+    _, coarse = _trace(raw, plan, duration)
+    _, fine = _trace(raw, replace(plan, steps=2 * plan.steps), duration)
+    common = min(coarse.shape[1], fine.shape[1])
+    coarse, fine = coarse[:, :common], fine[:, :common]
+    kind = [at.E_KIND, at.E_D, at.E_E]
+    differ = (coarse[kind] != fine[kind]).any(axis=0)
+    differ |= np.abs(coarse[at.E_TIME] - fine[at.E_TIME]) > plan.accuracy * duration
+    alike = int(np.argmax(differ)) if differ.any() else common
+    return int((coarse[at.E_KIND, :alike] == 0).sum())
 
 
 def _trace(raw: np.ndarray, plan: Plan, duration: float) -> tuple[np.ndarray, np.ndarray]:

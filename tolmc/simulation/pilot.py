@@ -18,7 +18,7 @@ from tolmc.quantities import ON_CONTACT_LOSS, SCALARS
 from tolmc.simulation.features import Features, features_of
 from tolmc.simulation.integration import WIDTH, integrate
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, one_sided_difference
-from tolmc.simulation.one_sided import has_room
+from tolmc.simulation.one_sided import agreeing_impacts, has_room
 from tolmc.simulation.outputs import wants_forces, wants_pose
 from tolmc.simulation.packing import pack
 from tolmc.simulation.plan import (
@@ -186,7 +186,7 @@ def _pilot_one_sided(raw, draft: Plan, forces, duration, bound: _Bound) -> Plan:
 
     Impacts amplify what a step leaves: however short it is, halved steps part company after some impacts. A motion is
     therefore judged by halving while that helps, and by its energy balance alone where the balance is at rounding; how many
-    motions are of the second kind is ``chaotic``.
+    motions are of the second kind is ``chaotic``, and up to which impact the first of them agrees ``agreeing_impacts``.
     """
     target = _PILOT_SHARE * draft.accuracy
 
@@ -209,14 +209,12 @@ def _pilot_one_sided(raw, draft: Plan, forces, duration, bound: _Bound) -> Plan:
             unresolved, amplified = int((~known & ~chaotic).sum()), int(chaotic.sum())
             if draft.features.rubs:
                 steps = _balanced(steps, balance[known], draft)
-            return replace(
-                draft,
-                steps=steps,
-                pilot_error=error,
-                unresolved=unresolved,
-                chaotic=amplified,
-                bounded=not bool(is_judged),
+            found = replace(draft, steps=steps, pilot_error=error, unresolved=unresolved, chaotic=amplified)
+            first = np.flatnonzero(chaotic)[:1]
+            agreeing = (
+                agreeing_impacts(raw[:, first], found, duration) if len(first) and draft.features.one_sided else -1
             )
+            return replace(found, bounded=not bool(is_judged), agreeing_impacts=agreeing)
         steps, coarse = 2 * steps, fine
 
 

@@ -45,6 +45,8 @@ class Plan:
     bounded: bool = False
     #: Time (s) up to which those of its motions agree with twice the steps that no step resolves; NaN: there are none.
     agrees_until: float = math.nan
+    #: Impacts up to which the first of the chaotic motions agrees with twice the steps; -1: there is none.
+    agreeing_impacts: int = -1
 
     def __post_init__(self) -> None:
         if isinstance(self.features, Mapping):  # as read back from a file
@@ -85,6 +87,17 @@ class Plan:
         return (
             f"{why}. The steps are fixed at {self.steps:,} a motion, and samples are judged one by one: each is {judged}, and "
             f"is inaccurate where it misses the accuracy. {remedy}."
+        )
+
+    def chaotic_words(self) -> str:
+        """Up to where motions with impacts are reproducible, and what stands for them from there; empty without any."""
+        if not self.chaotic or self.agreeing_impacts < 0:
+            return ""
+        count = "one impact" if self.agreeing_impacts == 1 else f"{self.agreeing_impacts:,} impacts"
+        return (
+            f"Impacts make {self.chaotic} of the motions at the nominal and corner dimensions chaotic: halved steps agree up "
+            f"to {count} and part company after. Such samples are judged by their energy balance and stand for no single part; "
+            "their statistics do (error budget)."
         )
 
 

@@ -33,6 +33,8 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
     yield from (Note(f"Note: {note}") for note in result.notes)
     if words := result.plan.unresolved_words():
         yield Note(f"Step: {words}", strong="Step")
+    if words := result.plan.chaotic_words():
+        yield Note(f"Chaos: {words}", strong="Chaos")
     if not math.isnan(result.plan.pilot_error):
         yield budget_table(result.summary)
     if law := contact_law_table(result.summary):

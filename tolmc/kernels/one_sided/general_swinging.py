@@ -21,7 +21,7 @@ _ROWS = 7
 _DRIVE = _TERMS + 4 * _ROWS
 COEFFICIENTS = _DRIVE + oscillators.DRIVE
 
-solve = general.solve
+solve, momentum = general.solve, general.momentum
 _prepare, _orient, _moved, _energies, _turn = (
     general.prepare, general.orient, general.moved, general.energies, general.turn
 )  # fmt: skip

@@ -53,20 +53,9 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
     """Decisions and jumps on given equations."""
     fit = FIT_4 if rk4 else FIT_8
     looked_samples = stepper.looked_samples
-    system, look_at, kick, project_lane, far = (
-        equations.system,
-        equations.look,
-        equations.kick,
-        equations.project,
-        equations.far,
-    )
-    spins, unit, rubs, works, n_state = (
-        equations.spins,
-        equations.unit,
-        equations.rubs,
-        equations.works,
-        equations.state,
-    )
+    system, look_at, kick, project_lane = equations.system, equations.look, equations.kick, equations.project
+    spins, works, rubs, swings = equations.spins, equations.works, equations.rubs, equations.swings
+    far, unit, n_state = equations.far, equations.unit, equations.state
 
     @routine
     def system_at(y, coef, lane):
@@ -419,6 +408,8 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         lanes[at.INTEGRAL_E * WIDTH + lane] += rest * seen1[at.N_E * WIDTH + lane]
         if works:
             lanes[at.WORK * WIDTH + lane] += rest * seen1[at.POWER * WIDTH + lane]
+        if swings:
+            lanes[at.DRIVE_WORK * WIDTH + lane] += rest * seen1[at.DRIVE_POWER * WIDTH + lane]
         for row in (at.N_D, at.N_E, at.W2, at.KINETIC, at.POTENTIAL):
             seen0[row * WIDTH + lane] = 2.0 * seen1[row * WIDTH + lane] - seen0[row * WIDTH + lane]
 

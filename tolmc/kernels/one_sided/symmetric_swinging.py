@@ -12,7 +12,7 @@ STATE = _PHASE + 2
 _DRIVE = symmetric.COEFFICIENTS
 COEFFICIENTS = _DRIVE + oscillators.DRIVE
 
-solve, energies = symmetric.solve, symmetric.energies
+solve, energies, momentum = symmetric.solve, symmetric.energies, symmetric.momentum
 _prepare, _free, _gyro = symmetric.prepare, symmetric.free, symmetric._GYRO
 
 
