@@ -90,4 +90,3 @@ def prepare(scene: Scene, tolerance: float, batch: bool) -> Callable[[np.ndarray
         return found
 
     return poses
-

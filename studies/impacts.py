@@ -4,8 +4,9 @@
 
 The motion is a journal dropped from the middle of the paper's joint with varied bores, followed to between its third and its
 fourth impact. All methods are timed in one process, the least processor time counts; the error is that of the pose at the
-end, against SciPy at rounding level. heyoka, scalar and in batches, only where it is installed. Then the restitution measured, and on longer motions how busy the lanes are and how many
-rounds an impact takes beside the steps. Prints the tables and writes figures/impacts.png.
+end, against SciPy at rounding level. heyoka, scalar and in batches, takes part where it is installed. Then the restitution
+measured, and on longer motions how busy the lanes are and how many rounds an impact takes beside the steps. Prints the tables
+and writes figures/impacts.png.
 """
 
 from __future__ import annotations
@@ -155,7 +156,9 @@ def draw(table: pd.DataFrame) -> Figure:
     with rc_context(STYLE):
         figure = Figure(figsize=(6.4, 4.4), layout="constrained")
         axis = figure.add_subplot(xscale="log", yscale="log")
-        for (method, rows), colour in zip(table.groupby("method", sort=False), (BLUE, ORANGE, GREEN, GREY), strict=False):
+        for (method, rows), colour in zip(
+            table.groupby("method", sort=False), (BLUE, ORANGE, GREEN, GREY), strict=False
+        ):
             axis.plot(rows["error"], rows["seconds"], marker="o", color=colour, label=method)
         axis.set_title("A motion with three impacts")
         axis.set_xlabel("error of the pose after the third impact, over r")
@@ -169,7 +172,9 @@ def main() -> None:
     table = against_scipy(options.quick)
     show("Pose after the third impact", table, {"error": ".1e", "seconds": ".2e"})
     for error in (1e-6, 1e-8):
-        found = ", ".join(f"{ratio:,.1f} times faster than {method}" for method, ratio in ratios_at(table, error).items())
+        found = ", ".join(
+            f"{ratio:,.1f} times faster than {method}" for method, ratio in ratios_at(table, error).items()
+        )
         print(f"at an error of {error:g}: {found}")
     formats = {"impulse (N s)": ".9f", "speed (m/s)": ".9f", "energy lost (J)": ".9f", "measured": ".12f"}
     show("Restitution asked for and measured", restitutions(), formats)

@@ -8,7 +8,8 @@ from typing import NamedTuple
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
-from tolmc.kernels.one_sided.lane import OPENED, TOGETHER, TORQUE_ROUNDING, TOUCH, at_hand
+from tolmc.kernels.one_sided.jump import TOGETHER
+from tolmc.kernels.one_sided.lane import OPENED, TORQUE_ROUNDING, TOUCH, at_hand
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.one_sided.stepper import Stepper
 

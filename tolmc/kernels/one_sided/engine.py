@@ -11,6 +11,7 @@ import numpy as np
 
 from tolmc.kernels.jit import device, kernel, routine
 from tolmc.kernels.one_sided import clock as clocks
+from tolmc.kernels.one_sided import jump as jumps
 from tolmc.kernels.one_sided import lane as one_lane
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided import samples as ways
@@ -31,11 +32,12 @@ def _buffer(rows):
 def build(equations, rk4: bool):
     """The loop over rounds of one kind of scene."""
     stepper = steppers.build(equations, rk4)
-    lane_functions = one_lane.build(equations, stepper, rk4)
     step, look = stepper.step, stepper.look
-    decide, reach, jump = lane_functions.decide, lane_functions.reach, lane_functions.jump
+    decide, reach = one_lane.build(equations, stepper, rk4)
+    at_event = jumps.build(equations)
+    jump = at_event.jump
     screen, take, renew, next_steps = clocks.build(equations, stepper, rk4)
-    load, begin, state_of, store, note = ways.build(equations, lane_functions)
+    load, begin, state_of, store, note = ways.build(equations, at_event)
     n_state, n_coef, stages = equations.state, equations.coefficients, stepper.stages
     # Rows of the buffer: states and rates, then what is known of the lanes.
     kept = (stages + 1) * equations.samples

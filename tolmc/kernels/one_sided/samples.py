@@ -10,7 +10,7 @@ from tolmc.kernels.jit import routine
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.clock import MOST_ROUNDS
 from tolmc.kernels.one_sided.equations import Equations
-from tolmc.kernels.one_sided.lane import Lane
+from tolmc.kernels.one_sided.jump import Jump
 from tolmc.kernels.one_sided.layout import WIDTH
 
 
@@ -24,9 +24,9 @@ class Samples(NamedTuple):
     note: object
 
 
-def build(equations: Equations, lane_functions: Lane) -> Samples:
+def build(equations: Equations, at_event: Jump) -> Samples:
     """The way in and out of one kind of scene."""
-    jump, system_at = lane_functions.jump, lane_functions.system_at
+    jump, system_at = at_event.jump, at_event.system_at
     prepare, start, spins, rubs = equations.prepare, equations.start, equations.spins, equations.rubs
     momentum = equations.momentum
 

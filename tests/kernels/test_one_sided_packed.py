@@ -1,0 +1,53 @@
+"""The loops over lanes of the one-sided kernels are packed, whatever happens in the lanes."""
+
+import platform
+import re
+from collections import Counter
+
+import llvmlite.binding as llvm
+import numba as nb
+import pytest
+
+from tolmc.kernels import jit
+from tolmc.kernels.one_sided import clock, stepper
+from tolmc.kernels.one_sided.equations import EQUATIONS
+
+ROW, WHOLE = nb.float64[::1], nb.int64[::1]
+LIMITS = nb.types.UniTuple(nb.float64, 4)
+
+
+def instructions(routine, signature):
+    """How often each kind of arithmetic instruction stands in the machine code, packed and scalar."""
+    compiled = nb.njit(**jit._OPTIONS)(routine.py_func)
+    compiled.compile(signature)
+    (code,) = compiled.inspect_asm().values()
+    counts = Counter()
+    for name, form, register in re.findall(r"^\s+v(fn?m\w+?|div|sqrt|mul)(pd|sd)\s.*?%([xyz]mm)", code, re.MULTILINE):
+        counts["multiply-add" if name.startswith("f") else name, form == "pd" and register != "xmm"] += 1
+    return counts
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    bool(nb.config.DISABLE_JIT)
+    or platform.machine() not in ("x86_64", "AMD64")
+    or not llvm.get_host_cpu_features().get("avx2"),
+    reason="counts the vector instructions of x86-64 with AVX2 or more",
+)
+@pytest.mark.parametrize("name", ["step", "look", "take", "next_steps"])
+def test_the_loops_over_lanes_are_packed(name):
+    """Packed loops keep scalar copies, for arrays that overlap."""
+    equations = EQUATIONS[False, False, False]
+    steps = stepper.build(equations, rk4=False)
+    clocks = clock.build(equations, steps, rk4=False)
+    routine, signature = {
+        "step": (steps.step, (ROW,) * 9),
+        "look": (steps.look, (ROW,) * 4),
+        "take": (clocks.take, (ROW,) * 9 + (LIMITS, WHOLE, WHOLE)),
+        "next_steps": (clocks.next_steps, (ROW,) * 3 + (nb.float64, nb.float64, WHOLE)),
+    }[name]
+    counts = instructions(routine, signature)
+    packed = sum(count for (_, is_packed), count in counts.items() if is_packed)
+    scalar = sum(count for (_, is_packed), count in counts.items() if not is_packed)
+    assert packed > 0
+    assert packed >= 0.5 * scalar, counts
