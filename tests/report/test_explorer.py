@@ -322,6 +322,17 @@ class TestPage:
         assert page.count("<script") == page.count("</script>") == 4
         assert data_of(tmp_path / "run")["source"] == study.read_text(encoding="utf-8")
 
+    def test_gives_no_verdict_where_the_section_turns_it(self, directory):
+        study = run_directory.read(directory).study()
+        surrogate = Explored.of_json((directory / "surrogate.json").read_text()).surrogate
+        samples = run_directory.read(directory).read(rows=64).to_pandas()
+        summary = pd.read_csv(directory / "summary.csv").set_index("output")
+        given = study, Explored(surrogate, {}), samples, summary, 0.99
+        words = "not decided: the section matters (circle 3.21 %, exact 100 %)"
+        turned, same = (explorer_content(*given, of_section=text) for text in (words, ""))
+        assert turned["section"] == "circle 3.21 %, exact 100 %" and same["section"] == ""
+        assert [json.loads(content["data"])["undecided"] for content in (turned, same)] == [True, False]
+
     def test_is_absent_without_polynomials(self, directory, tmp_path):
         monte_carlo.run(small_study.write(tmp_path, *small_study.GEOMETRY), out=tmp_path / "run", workers=1)
         write_report(tmp_path / "run")

@@ -28,7 +28,7 @@ from tolmc.runs.until import looks_of
 from tolmc.statistics.capability import ALL_REQUIREMENTS, capability
 from tolmc.statistics.contact_law import by_restitution, law_of_requirements
 from tolmc.statistics.looks import Looks
-from tolmc.statistics.outcomes import without_value
+from tolmc.statistics.outcomes import ANY_REQUIREMENT, without_value
 from tolmc.statistics.section_effect import section_of_requirements
 from tolmc.statistics.summary import count_statuses, summarise_requirements
 from tolmc.statistics.tolerance_intervals import ToleranceInterval, tolerance_interval
@@ -308,7 +308,11 @@ class _Content:
                 f"tolmc report {self.run.path}"
             ) from None
         samples = self.run.read(columns=self.inputs, rows=parts_of(self.study, pictures)).to_pandas()
-        return explorer_content(self.study, explored, samples, self.summary, self.target)
+        return explorer_content(self.study, explored, samples, self.summary, self.target, of_section=self._of_section())
+
+    def _of_section(self) -> str:
+        """What the exact section makes of the requirements, where that is another verdict; "" elsewhere."""
+        return str(self.shares["section"].get(ANY_REQUIREMENT, "")) if "section" in self.shares else ""
 
     def _table(self, name: str) -> pd.DataFrame | None:
         path = self.run.path / name

@@ -50,7 +50,13 @@ def parts_of(study: Study, pictures: int) -> int:
 
 
 def explorer_content(
-    study: Study, explored: Explored, samples: pd.DataFrame, summary: pd.DataFrame, target: float
+    study: Study,
+    explored: Explored,
+    samples: pd.DataFrame,
+    summary: pd.DataFrame,
+    target: float,
+    *,
+    of_section: str = "",
 ) -> dict[str, Any]:
     """For the template: ``data`` (JSON; "" where nothing can be explored), ``scripts``, ``style`` and the ``refusals``.
 
@@ -59,15 +65,19 @@ def explorer_content(
     samples : the run's first :func:`parts_of` rows, of the dimensions that vary
     summary : of the run
     target : yield that is asked for
+    of_section : what the exact section makes of the requirements, where it turns them: no yield here is then a verdict
     """
     surrogate = explored.surrogate
     folder = resources.files("tolmc.report.explorer")
-    data = "" if surrogate is None else _json(_data(study, explored, surrogate, samples, summary, target))
+    data: Mapping[str, Any] = {}
+    if surrogate is not None:
+        data = _data(study, surrogate, samples, summary, target) | {"undecided": bool(of_section)}
     return {
-        "data": data,
+        "data": _json(data) if data else "",
         "scripts": [(folder / name).read_text(encoding="utf-8") for name in SCRIPTS],
         "style": (folder / "style.css").read_text(encoding="utf-8"),
         "refusals": list(_refusals(explored)),
+        "section": of_section.partition("(")[2].rstrip(")"),
         "motions": 0 if surrogate is None else surrogate.motions,
         "parts": len(samples),
     }
@@ -87,7 +97,6 @@ def _refusals(explored: Explored) -> Iterator[str]:
 
 def _data(
     study: Study,
-    explored: Explored,
     surrogate: Surrogate,
     samples: pd.DataFrame,
     summary: pd.DataFrame,

@@ -350,7 +350,7 @@
       return;
     }
     const [value, low, high] = percent(found), target = number(100 * data.target, 6);
-    const tone = found.low >= data.target ? ["good", "met"] : found.high < data.target ? ["bad", "not met"] : ["open", "not decided"];
+    const tone = data.undecided ? ["open", "not decided: the section matters"] : found.low >= data.target ? ["good", "met"] : found.high < data.target ? ["bad", "not met"] : ["open", "not decided"];
     share.textContent = `${value} %`;
     Object.assign(share.dataset, { value: found.value, low: found.low, high: found.high });
     interval.textContent = `of the parts keep every limit (${low} to ${high} %); ${target} % are asked for.${fewer}`;
