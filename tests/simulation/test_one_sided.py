@@ -335,8 +335,11 @@ def test_a_start_without_room_is_invalid():
     ]
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on_with_the_same_bits(tmp_path, monkeypatch):
-    study = tolmc.load_study(STUDIES / "unbalanced_rotor.toml").replaced(samples=600, workers=1)
+    text = (STUDIES / "unbalanced_rotor.toml").read_text("utf-8").replace('"0.1 s"', '"0.03 s"')
+    (tmp_path / "rotor.toml").write_text(text.replace("accuracy = 1e-6", 'step = "0.2 ms"'), "utf-8")
+    study = tolmc.load_study(tmp_path / "rotor.toml").replaced(samples=600, workers=1)
     whole = tolmc.run(study).samples
     make, made = runs._block, []
 
