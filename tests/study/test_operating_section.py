@@ -54,3 +54,9 @@ def test_conditions_carry_tolerances(tmp_path):
 def test_conditions_that_cannot_be_say_so(tmp_path, old, new, complaint):
     with pytest.raises(StudyError, match=complaint):
         load(tmp_path, (old, new))
+
+
+@pytest.mark.parametrize("value", ["{}", "[]", "[12e-6]", "true", "1979-05-27"])
+def test_an_expansion_of_another_kind_is_refused_in_words(tmp_path, value):
+    with pytest.raises(StudyError, match=r"\[operating\] journal_expansion"):
+        load(tmp_path, ("journal_expansion = 12e-6", f"journal_expansion = {value}"))

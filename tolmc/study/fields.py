@@ -76,7 +76,7 @@ def material(table: Mapping[str, float], unit: str):
     """Type of a property in the SI unit ``unit``: a quantity, or the name of a material in ``table``."""
 
     def read(value: Any) -> float:
-        if value in table:
+        if isinstance(value, str) and value in table:
             return table[value]
         if isinstance(value, str) and not any(character.isdigit() for character in value):
             raise ValueError(
