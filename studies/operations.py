@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolmc.kernels.formulations import slope_symmetric
-from tolmc.kernels.tableaux import MOTION_ALONE, TABLEAUX
+from tolmc.kernels.tableaux import RK8, TABLEAUX
 
 
 class Traced:
@@ -68,7 +68,7 @@ def operations(results) -> int:
 
 def step_operations(method: str) -> int:
     """Operations of one step of one motion: right-hand sides and stage sums of the symmetric slope kernel, motion only."""
-    tableau, size = MOTION_ALONE if method == "rk8" else TABLEAUX[method], slope_symmetric.STATE
+    tableau, size = RK8 if method == "rk8" else TABLEAUX[method], slope_symmetric.STATE
     # In native code each term of a sum is a multiplication and an addition.
     terms = sum(map(len, tableau.rows)) + len(tableau.weights)
     return tableau.stages * _right_hand_side() + 2 * size * terms

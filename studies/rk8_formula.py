@@ -38,7 +38,7 @@ from study_tools import BLUE, GREY, ORANGE, STYLE, arguments, paper_joint, save,
 
 from tolmc.kernels import parameters as P
 from tolmc.kernels.formulations import slope_symmetric as slope
-from tolmc.kernels.tableaux import MOTION_ALONE
+from tolmc.kernels.tableaux import RK8
 from tolmc.mechanism import geometry
 
 #: c2, c5, c6, c8, c9, c10, c11 and a_12,7.
@@ -360,7 +360,7 @@ def main() -> None:
     exact = formula([mp.mpf(number) for number in FREE], mp.mpf(C7_NEAR))
     left = max(abs(value) for value in residuals(*(np.array(part, dtype=object) for part in exact), 8))
     a, b = arrays(exact)
-    own = MOTION_ALONE
+    own = RK8
     print(f"{len(FREE)} free numbers: {', '.join(FREE)}; c7 = {mp.nstr(sum(exact[0][6]), 16)}")
     print(
         f"Order conditions up to 8, {sum(len(trees(n)) for n in range(1, 9))} trees: {mp.nstr(left, 2)} is left of them"

@@ -277,6 +277,7 @@ OUTPUT_ROWS = (
     *_friction(),
     Output("energy_error", "error", "Energy error", row="ENERGY_ERROR", group="integration"),
     Output("constraint_error", "error", "Constraint error", row="CONSTRAINT_ERROR", group="integration"),
+    Output("step_error", "error", "Step error", row="STEP_ERROR", group="integration", when="slope"),
     Output("momentum_error", "error", "Momentum error", row="MOMENTUM_ERROR", group="integration", when="momentum"),
     Output("spin_error", "error", "Spin error", row="SPIN_ERROR", group="integration", when="spin"),
     Output(

@@ -38,8 +38,7 @@ def integrated(name, raw, steps, duration, *, method="rk8", forces=True, momentu
     n = raw.shape[1]
     out = np.full((R.RESULTS, n), np.nan)
     kernel = engine.build(name, method, load=True, forces=forces, momentum=momentum)
-    hints = np.full(n, -1), np.zeros(n), np.full(n, -1)
-    kernel(np.ascontiguousarray(raw), steps, duration, R.CONTINUE, project_energy, *hints, out)
+    kernel(np.ascontiguousarray(raw), steps, duration, R.CONTINUE, project_energy, out)
     return out
 
 
@@ -63,6 +62,8 @@ def test_a_scene_leads_to_each_formulation(name):
 def test_order(name, method, order, steps, allowed):
     """The error of the pose, of the energies and of the contact forces at the end, by halving the step twice."""
     scene = replace(SCENES[name], duration=0.1)
+    if name == "slope_axial" and method == "rk8":
+        steps = 3  # with twice as many the error is at rounding
     coarse, fine, finer = (observed(name, scene, n * steps, method)[:, -1] for n in (1, 2, 8))
     scale = np.abs(finer)
     scale[scale == 0] = 1.0
@@ -109,12 +110,9 @@ def test_contact_forces_and_energy_of_the_twin(name):
 
 
 @every_formulation
-@pytest.mark.parametrize("method", [*engine.METHODS, engine.MOTION_ALONE])
-def test_a_lane_does_not_see_its_neighbours(name, method):
+@pytest.mark.parametrize(("method", "forces"), [("rk8", True), ("rk4", True), ("rk8", False)])
+def test_a_lane_does_not_see_its_neighbours(name, method, forces):
     """Bit for bit: a column alone, in a full block, and at another place of another block."""
-    forces = method != engine.MOTION_ALONE
-    if FORMULATIONS[name].TORQUE and not forces:
-        pytest.skip("the formula of the motion alone is for symmetric bodies")
     n, steps = WIDTH + 2, 3
     scene = SCENES[name]
     large = scene.joint.bearing_radius * (1 + 0.05 * np.random.default_rng(3).uniform(-1, 1, n))

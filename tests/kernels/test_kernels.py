@@ -19,11 +19,11 @@ from scipy.integrate._ivp import dop853_coefficients as dop853
 import tolmc.kernels
 from tolmc.kernels import engine, jit, tableaux
 from tolmc.kernels.formulations import FORMULATIONS
-from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE, MOTION_ALONE, TABLEAUX
+from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE, RK8, TABLEAUX
 
 SOURCES = Path(tolmc.kernels.__file__).parent
 compiled_only = pytest.mark.skipif(bool(nb.config.DISABLE_JIT), reason="looks at compiled code")
-every_tableau = pytest.mark.parametrize("tableau", [*TABLEAUX.values(), MOTION_ALONE], ids=[*TABLEAUX, "motion alone"])
+every_tableau = pytest.mark.parametrize("tableau", [*TABLEAUX.values(), RK8], ids=["rk4", "Dormand and Prince", "rk8"])
 
 
 # Packed instructions
@@ -36,7 +36,7 @@ def step_instructions(formulation, method, load, forces):
     """
     stepper, _ = engine.stepper_of(formulation, method, load, forces)
     compiled = nb.njit(**jit._OPTIONS)(stepper.step.py_func)
-    compiled.compile((nb.float64[::1],) * 5 + (nb.boolean,))
+    compiled.compile((nb.float64[::1],) * 6)
     (code,) = compiled.inspect_asm().values()
     counts = Counter()
     for name, form, register in re.findall(r"^\s+v(fn?m\w+?|div|sqrt|mul)(pd|sd)\s.*?%([xyz]mm)", code, re.MULTILINE):
@@ -54,16 +54,13 @@ def step_instructions(formulation, method, load, forces):
     ("formulation", "method", "load", "forces"),
     [
         ("slope_symmetric", "rk8", True, True),
-        ("slope_symmetric", engine.MOTION_ALONE, True, False),
-        pytest.param("slope_symmetric", engine.MOTION_ALONE, False, False, marks=pytest.mark.slow),
-        pytest.param("slope_axial", engine.MOTION_ALONE, True, False, marks=pytest.mark.slow),
-        pytest.param("exact_symmetric", engine.MOTION_ALONE, True, False, marks=pytest.mark.slow),
+        ("slope_symmetric", "rk8", True, False),
+        pytest.param("slope_symmetric", "rk8", False, False, marks=pytest.mark.slow),
+        pytest.param("slope_axial", "rk8", True, False, marks=pytest.mark.slow),
+        pytest.param("exact_symmetric", "rk8", True, False, marks=pytest.mark.slow),
         pytest.param("slope_general", "rk8", True, False, marks=pytest.mark.slow),
         *(pytest.param(name, "rk8", True, True, marks=pytest.mark.slow) for name in FORMULATIONS if name != "slope_symmetric"),
-        pytest.param(
-            "slope_symmetric", "rk4", True, True,
-            marks=[pytest.mark.slow, pytest.mark.xfail(strict=True, reason="a loop of rk4 is scalar: slower, not wrong")],
-        ),
+        pytest.param("slope_symmetric", "rk4", True, True, marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_the_loops_over_lanes_are_packed(formulation, method, load, forces):
@@ -238,12 +235,12 @@ def test_stage_arguments_and_the_end_are_rows_of_the_tableau(tableau, argument, 
     np.testing.assert_allclose(out, y + tableau.b @ k, rtol=0, atol=1e-13)
 
 
-def test_sums_of_the_motion_alone_are_rows_of_its_tableau():
+def test_sums_are_rows_of_the_tableau():
     size, m = 12, 7
     rng = np.random.default_rng(1)
-    y, k = rng.normal(size=size), rng.normal(size=(MOTION_ALONE.stages, size))
-    rows = [*MOTION_ALONE.matrix, MOTION_ALONE.b]
-    for at, row in zip([*tableaux.MOTION_ARGUMENTS, tableaux.motion_end], rows, strict=True):
+    y, k = rng.normal(size=size), rng.normal(size=(RK8.stages, size))
+    for terms, row in zip([*RK8.rows, RK8.weights], [*RK8.matrix, RK8.b], strict=True):
+        at = tableaux.weighted_sum(terms)
         assert at(y, k.ravel(), size, m) == pytest.approx(y[m] + row @ k[:, m], rel=1e-13, abs=1e-13)
 
 

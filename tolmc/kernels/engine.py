@@ -11,30 +11,30 @@ from typing import cast
 
 import numpy as np
 
-from tolmc.kernels import jit, loops
+from tolmc.kernels import jit, loops, tableaux
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.kernels.lanes import Layout, observer
+from tolmc.kernels.seen import SEEN
 from tolmc.kernels.steppers import Stepper, fused, stages
 from tolmc.kernels.system import System
-from tolmc.kernels.watchers import Watcher, contact_loss, energy, extrema, in_order, invariants, pose
+from tolmc.kernels.watchers import Watcher, contact_loss, energy, extrema, invariants, pose, step_error, together
+from tolmc.kernels.watchers.between import between
 
-METHODS = {"rk8": stages.RK8, "rk4": stages.RK4}
-#: The formula of the motion alone, in place of a method.
-MOTION_ALONE = "motion alone"
+METHODS = {"rk8": tableaux.RK8, "rk4": tableaux.CLASSICAL}
 
 
 @jit.once
 def stepper_of(formulation: str, method: str, load: bool, forces: bool) -> tuple[Stepper, Layout]:
     """A stepper and the layout of its rows: one for all kernels, which so share its compilation."""
-    equations, layout = FORMULATIONS[formulation], Layout()
-    if method == MOTION_ALONE:
-        return fused.build(equations, _plain(load), layout), layout
-    return stages.build(METHODS[method], equations, _plain(load), forces, layout), layout
+    equations, layout, tableau = FORMULATIONS[formulation], Layout(), METHODS[method]
+    # Fused, the long equations of a body of any shape would be compiled twelve times.
+    build_stepper = stages.build if equations.TORQUE or method == "rk4" else fused.build
+    return build_stepper(tableau, equations, _plain(load), forces, layout), layout
 
 
 @jit.once
 def build(formulation: str, method: str, *, load: bool, forces: bool, momentum: bool) -> Callable:
-    """Entry ``integrate(raw, steps, duration, on_loss, project_energy, force_step, force_at, ignore_step, out)``.
+    """Entry ``integrate(raw, steps, duration, on_loss, project_energy, out)``.
 
     It integrates every column of ``raw`` over ``duration`` (s) in ``steps`` equal steps and writes its results to ``out``;
     the arguments are those of :class:`tolmc.kernels.lanes.Run`.
@@ -42,21 +42,18 @@ def build(formulation: str, method: str, *, load: bool, forces: bool, momentum: 
     Parameters
     ----------
     formulation : name in :data:`FORMULATIONS`
-    method : name in :data:`METHODS`, or :data:`MOTION_ALONE`
+    method : name in :data:`METHODS`
     load : whether there is any load
     forces : whether contact forces, largest tilt and loss of contact are wanted
     momentum : whether the angular momentum about Z is conserved
     """
     system = _system(formulation, method, load, forces)
-    watchers = _watchers(system, forces, momentum)
+    watcher = together(_watchers(system, forces, momentum))
     return jit.entry(
-        loops.integrate,
+        loops.watch if forces else loops.integrate,
         _name("integrate", formulation, method, load=load, forces=forces, momentum=momentum),
-        begin=in_order([watcher.begin for watcher in watchers]),
-        look=in_order([watcher.look for watcher in watchers]),
-        finish=in_order([watcher.finish for watcher in watchers]),
-        **_parts(system),
-    )
+        begin=watcher.begin, look=watcher.look, scan=watcher.scan, finish=watcher.finish, **_parts(system),
+    )  # fmt: skip
 
 
 @jit.once
@@ -99,22 +96,25 @@ def _plain(flag: bool) -> bool:
 
 def _watchers(system: System, forces: bool, momentum: bool) -> list[Watcher]:
     """The watchers of a kernel, in the order of their work."""
-    watchers = [contact_loss.watch(system), extrema.watch(system)] if forces else []
-    watchers += [energy.watch(system), invariants.constraints(system)]
+    watchers = [energy.watch(system, forces), invariants.constraints(system, forces)]
+    if forces:
+        polynomials = between(system)
+        statistics = [extrema.watch(system, polynomials), step_error.watch(system, polynomials)]
+        watchers = [contact_loss.watch(system, polynomials), *statistics, *watchers]
     watchers += [invariants.angular_momentum(system)] if momentum else []
     return [*watchers, pose.watch(system)]
 
 
 def _parts(system: System) -> dict[str, object]:
     """What the loops need of a system, once all its rows are given out."""
-    equations = system.equations
+    equations, seen_rows = system.equations, system.layout.block(SEEN)
     return {
         "prepare": equations.prepare, "start": equations.start, "observe_lane": system.observe,
         "state": equations.STATE, "torque": equations.TORQUE,
-        "step_once": system.stepper.step, "rows": system.layout.rows,
+        "step_once": system.stepper.step, "see": system.stepper.see, "seen_rows": seen_rows, "rows": system.layout.rows,
         "y_rows": system.y, "end_rows": system.end, "coef_rows": system.coef, "h_rows": system.h,
-        "sum_rows": system.stepper.sums,
-        "open_forces": system.open_forces, "open_motion": system.open_motion, "bad_step": system.bad_step,
+        "until": system.until, "bad_step": system.bad_step, "end_state": system.end_state, "end_seen": system.end_seen,
+        "part_h": system.part_h,
     }  # fmt: skip
 
 

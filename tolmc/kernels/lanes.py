@@ -44,8 +44,8 @@ class Layout:
 class Run(NamedTuple):
     """What one call of a kernel is told, as its parts see it.
 
-    ``raw`` (parameters.COUNT, n) SI units; ``step_length`` = duration/steps; ``on_loss`` STOP, CONTINUE or END;
-    ``force_step``, ``force_at``, ``ignore_step`` (n,): see :mod:`watchers.contact_loss`; ``out`` (results.RESULTS, n).
+    ``raw`` (parameters.COUNT, n) SI units; ``step_length`` = duration/steps; ``on_loss`` CONTINUE or END; ``out``
+    (results.RESULTS, n).
     """
 
     raw: np.ndarray
@@ -54,9 +54,6 @@ class Run(NamedTuple):
     step_length: float
     on_loss: int
     project_energy: bool
-    force_step: np.ndarray
-    force_at: np.ndarray
-    ignore_step: np.ndarray
     out: np.ndarray
 
 

@@ -7,24 +7,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from tolmc.kernels.lanes import WIDTH, Run, lanes, no, yes
-from tolmc.kernels.results import DIVERGED, END_TIME, MOMENTUM_ERROR, OK, STATUS
+from tolmc.kernels.lanes import WIDTH, Run, lanes
+from tolmc.kernels.results import DIVERGED, END_TIME, MOMENTUM_ERROR, OK, STATUS, STEP_ERROR
+from tolmc.kernels.seen import ROWS, SEEN, STEPS, SUPPORT, WORK, Window, at
 
 #: Of the equations.
 prepare = start = observe_lane = None
 state = torque = None
-#: The step, the watchers' functions, the projection on the energy.
-step_once = begin = look = finish = project_energy = None
+#: The step and the look, the watchers' functions, the projection on the energy.
+step_once = see = begin = look = scan = finish = project_energy = None
 #: Rows of the buffer, and how many there are.
-rows = y_rows = end_rows = coef_rows = h_rows = sum_rows = target_rows = correction_rows = None
-open_forces = open_motion = bad_step = None
+rows = y_rows = end_rows = coef_rows = h_rows = seen_rows = target_rows = correction_rows = None
+until = bad_step = end_state = end_seen = part_h = None
 
 
-def integrate(raw, steps, duration, on_loss, project_energy, force_step, force_at, ignore_step, out):
-    """Every column of ``raw``, block by block: its results to ``out``."""
-    run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, force_step, force_at, ignore_step, out)
+def integrate(raw, steps, duration, on_loss, project_energy, out):
+    """Every column of ``raw``, block by block: its results to ``out``. Nothing is seen of the forces."""
+    run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, out)
     work = lanes(rows)
-    y, end, coef, h = work[y_rows], work[end_rows], work[coef_rows], work[h_rows]
+    y, end, coef, h, seen = work[y_rows], work[end_rows], work[coef_rows], work[h_rows], work[seen_rows]
     n = raw.shape[1]
     for block in range(0, n, WIDTH):
         for lane in range(WIDTH):
@@ -33,25 +34,85 @@ def integrate(raw, steps, duration, on_loss, project_energy, force_step, force_a
             start(raw, i, y, coef, lane, WIDTH)
             h[lane] = run.step_length
         for lane in range(WIDTH):
-            work[open_forces + lane], work[open_motion + lane], work[bad_step + lane] = 1.0, 1.0, -1.0
-        begin(run, block, 0, y, end, coef, work)
+            work[until + lane], work[bad_step + lane] = steps, -1.0
+        begin(run, block, y, coef, work)
         for step in range(steps):
-            step_once(y, end, coef, h, work, yes())
-            look(run, block, step, y, end, coef, work)
+            step_once(y, end, coef, h, seen, work)
+            look(run, step, end, coef, seen, work)
             y, end = end, y
-        # How far each lane came; the watchers amend it.
+        for lane in range(min(WIDTH, n - block)):
+            i = block + lane
+            out[STATUS, i], out[END_TIME, i], out[MOMENTUM_ERROR, i], out[STEP_ERROR, i] = OK, duration, 0.0, 0.0
+            if work[bad_step + lane] >= 0.0:
+                out[STATUS, i], out[END_TIME, i] = DIVERGED, work[bad_step + lane] * run.step_length
+        finish(run, block, y, coef, work)
+
+
+def watch(raw, steps, duration, on_loss, project_energy, out):
+    """The same with all that is seen of the forces, window by window; a block ends where all its lanes' motions have.
+
+    A motion of fewer steps goes on until the polynomials between its ends have the ends that they need.
+    """
+    run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, out)
+    work, states, seen = lanes(rows), lanes(ROWS * state), lanes(ROWS * SEEN)
+    coef, h, ends, seen_there, length = work[coef_rows], work[h_rows], work[end_state], work[end_seen], work[part_h]
+    n, total = raw.shape[1], max(steps, SUPPORT - 1)
+    for block in range(0, n, WIDTH):
+        y = states[: state * WIDTH]
+        for lane in range(WIDTH):
+            i = min(block + lane, n - 1)
+            prepare(raw, i, coef, lane, WIDTH)
+            start(raw, i, y, coef, lane, WIDTH)
+            h[lane], length[lane] = run.step_length, 0.0
+            work[until + lane], work[bad_step + lane] = steps, -1.0
+        for m in range(state * WIDTH):
+            ends[m] = y[m]
+        seen_there[:] = 0.0
+        begin(run, block, y, coef, work)
+        first, row, head = 0, 0, 0
+        while True:
+            for _ in range(min(STEPS, total - first - row)):
+                y, end = (
+                    states[row * state * WIDTH : (row + 1) * state * WIDTH],
+                    states[(row + 1) * state * WIDTH : (row + 2) * state * WIDTH],
+                )
+                step_once(y, end, coef, h, at(seen, row), work)
+                look(run, first + row, end, coef, at(seen, row), work)
+                row += 1
+            is_last = first + row == total
+            if is_last:
+                see(states[row * state * WIDTH : (row + 1) * state * WIDTH], coef, h, at(seen, row), work)
+            last = row if is_last else row - 1
+            tail = steps - first - 1 if is_last else last - 2
+            scan(run, block, Window(states, seen, first, head, tail, last), coef, work)
+            going = 0
+            for lane in range(WIDTH):
+                going += work[until + lane] > first + tail + 1
+            if is_last or going == 0:
+                break
+            for m in range((row - tail + 1) * state * WIDTH):
+                states[m] = states[tail * state * WIDTH + m]
+            for m in range((row - tail) * SEEN * WIDTH):
+                seen[m] = seen[tail * SEEN * WIDTH + m]
+            first, row, head = first + tail, row - tail, 1
+        for lane in range(WIDTH):
+            if work[until + lane] >= steps and length[lane] == 0.0:
+                for c in range(state):
+                    ends[c * WIDTH + lane] = states[((steps - first) * state + c) * WIDTH + lane]
+                for c in range(SEEN):
+                    seen_there[c * WIDTH + lane] = seen[((steps - first) * SEEN + c) * WIDTH + lane]
         for lane in range(min(WIDTH, n - block)):
             i = block + lane
             out[STATUS, i], out[END_TIME, i], out[MOMENTUM_ERROR, i] = OK, duration, 0.0
             if work[bad_step + lane] >= 0.0:
-                out[STATUS, i], out[END_TIME, i] = DIVERGED, (work[bad_step + lane] + 1.0) * run.step_length
-        finish(run, block, steps, y, end, coef, work)
+                out[STATUS, i], out[END_TIME, i] = DIVERGED, work[bad_step + lane] * run.step_length
+        finish(run, block, ends, coef, work)
 
 
 def trace(raw, steps, duration, on_energy, states, coef):
     """The states of column 0 of ``raw`` at the ends of all steps; the block's lanes all carry the same motion."""
     work = lanes(rows)
-    y, end, h, sums = work[y_rows], work[end_rows], work[h_rows], work[sum_rows]
+    y, end, h, seen = work[y_rows], work[end_rows], work[h_rows], work[seen_rows]
     target, correction = work[target_rows], work[correction_rows]
     for column in range(1):  # a literal 0 would compile the equations once more
         for lane in range(WIDTH):
@@ -64,11 +125,11 @@ def trace(raw, steps, duration, on_energy, states, coef):
     for c in range(state):
         states[0, c] = y[c * WIDTH]
     for step in range(steps):
-        step_once(y, end, coef, h, work, no())
+        step_once(y, end, coef, h, seen, work)
         if on_energy:
             if torque:
                 for lane in range(WIDTH):
-                    target[lane] += sums[4 * WIDTH + lane]
+                    target[lane] += seen[WORK * WIDTH + lane]
             project_energy(end, coef, target, correction)
         y, end = end, y
         for c in range(state):

@@ -13,15 +13,15 @@ from __future__ import annotations
     END_TIME, STATUS,
     # pose at the end
     ORIGIN_X, ORIGIN_Y, AXIS_X, AXIS_Y, AXIS_Z,
-    # contact loss: what a lane asks for when it must run once more
-    RERUN_FORCE, RERUN_AT, RERUN_IGNORE,
+    # the roughest step's error
+    STEP_ERROR,
     # invariants; energy; the last two are the caller's
     MOMENTUM_ERROR, ENERGY_CORRECTION, SPIN_ERROR, HALVING_ERROR,
-) = range(26)  # fmt: skip
-RESULTS = 26
+) = range(24)  # fmt: skip
+RESULTS = 24
 
-OK, CONTACT_LOST, DIVERGED, RERUN = 0, 1, 2, 3  # codes in row STATUS
-STOP, CONTINUE, END = 0, 1, 2  # what a loss of contact does
+OK, CONTACT_LOST, DIVERGED = 0, 1, 2  # codes in row STATUS
+CONTINUE, END = 0, 1  # what a loss of contact does
 
 # What a motion with one-sided contact has besides, and codes of what became of it, after those of all others (judge.py).
 (

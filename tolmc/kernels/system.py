@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from types import ModuleType
 
 from tolmc.kernels.lanes import Layout, observer
+from tolmc.kernels.seen import SEEN
 from tolmc.kernels.steppers import Stepper
 
 
@@ -14,8 +15,8 @@ from tolmc.kernels.steppers import Stepper
 class System:
     """The parts of one kernel see each other through this.
 
-    A lane's motion may end within a step. From then on its gates are shut, and the share of that step that it still moved is
-    one more step, of ``part_h`` (s) from ``part_state``: ``part`` is 1 in the lanes that have one, else 0.
+    A lane's motion may end within a step: ``until`` steps from the start. The share of that step that it still moved is one
+    more step, of ``part_h`` (s, 0: there is none) from ``part_start``, with ``part_seen`` as what a step sees.
     """
 
     equations: ModuleType
@@ -29,18 +30,17 @@ class System:
     end: slice
     coef: slice
     h: slice
-    #: Gates: > 0 while a lane's force statistics, and its motion, go on; and where they ended (s).
-    open_forces: int
-    open_motion: int
-    until_forces: int
-    until_motion: int
-    #: First step after which a lane's numbers are no longer finite, -1 if none.
+    #: Where a lane's motion ends (steps), and the first end of a step at which its numbers are no longer finite (-1: none).
+    until: int
     bad_step: int
     #: Largest kinetic energy so far, or the size of the potential energy's variation if that is more (J).
     energy_scale: int
-    part: int
     part_h: slice
-    part_state: slice
+    part_start: slice
+    part_seen: slice
+    #: The state at the end of a lane's motion, and what is seen there.
+    end_state: slice
+    end_seen: slice
 
     @classmethod
     def of(cls, equations: ModuleType, load: bool, stepper: Stepper, layout: Layout) -> System:
@@ -49,7 +49,7 @@ class System:
         return cls(
             equations, load, stepper, layout, observer(equations, load),
             y=layout.block(state), end=layout.block(state), coef=layout.block(equations.COEFFICIENTS), h=layout.block(1),
-            open_forces=layout.row(), open_motion=layout.row(), until_forces=layout.row(), until_motion=layout.row(),
-            bad_step=layout.row(), energy_scale=layout.row(),
-            part=layout.row(), part_h=layout.block(1), part_state=layout.block(state),
+            until=layout.row(), bad_step=layout.row(), energy_scale=layout.row(),
+            part_h=layout.block(1), part_start=layout.block(state), part_seen=layout.block(SEEN),
+            end_state=layout.block(state), end_seen=layout.block(SEEN),
         )  # fmt: skip

@@ -12,8 +12,6 @@ import numpy as np
 
 from tolmc.kernels.jit import inlined
 
-RK4, RK8 = 0, 1  # codes of the methods inside kernels
-
 
 @dataclass(frozen=True, eq=False)
 class Tableau:
@@ -105,10 +103,10 @@ DORMAND_PRINCE = Tableau(
     positions=(0.0, 0.25, 0.6, 6 / 7, 1.0),
 )  # fmt: skip
 
-# The same for the motion alone: at equal error 0.76 to 0.82 of the steps, but its stages are too crude to look for extrema of
-# the contact forces at. studies/rk8_formula.py derives the coefficients from eight free numbers and measures what they gain.
-MOTION_ALONE = Tableau(
-    name="rk8, motion alone",
+# The formula of order 8 for slope coordinates and the exact section: at equal error 0.76 to 0.82 of DORMAND_PRINCE's steps.
+# studies/rk8_formula.py derives the coefficients from eight free numbers and measures what they gain.
+RK8 = Tableau(
+    name="rk8",
     order=8,
     rows=(
         {},
@@ -170,8 +168,8 @@ def _weighted_sum(row: dict[int, float]):
     return weighted_sum
 
 
-def _weighted_sum_at(row: dict[int, float]):
-    """Device function of the sum's element m alone."""
+def weighted_sum(row: dict[int, float]):
+    """Device function of element m of y + sum_j row[j] k_j, k flat (stage, state, lane) with ``size`` numbers a stage."""
     columns, values = _terms(row)
     terms = len(columns)
 
@@ -189,10 +187,6 @@ _4_1, _4_2, _4_3 = (_weighted_sum(row) for row in CLASSICAL.rows[1:])
 _8_1, _8_2, _8_3, _8_4, _8_5, _8_6, _8_7, _8_8, _8_9, _8_10, _8_11 = (
     _weighted_sum(row) for row in DORMAND_PRINCE.rows[1:]
 )
-
-#: Element by element for the motion alone: the arguments of the stages, and the step's end.
-MOTION_ARGUMENTS = tuple(_weighted_sum_at(row) for row in MOTION_ALONE.rows)
-motion_end = _weighted_sum_at(MOTION_ALONE.weights)
 
 #: The step's end, and its midpoint, from the start y and all stages.
 step_end_rk4, step_end_rk8 = _weighted_sum(CLASSICAL.weights), _weighted_sum(DORMAND_PRINCE.weights)

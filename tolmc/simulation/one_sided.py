@@ -125,6 +125,7 @@ def _results(found: np.ndarray, raw: np.ndarray, plan: Plan, duration: float) ->
     out[R.IMPACT_LOSS] = found[at.R_IMPACT_LOSS]
     out[R.ENERGY_ERROR], out[R.CONSTRAINT_ERROR] = found[at.R_ENERGY_ERROR], np.abs(found[at.R_PENETRATION])
     out[R.MOMENTUM_ERROR] = found[at.R_MOMENTUM_ERROR]
+    out[R.STEP_ERROR] = 0.0  # no step is redone here: the energy balance watches every sample
     out[R.ORIGIN_X : R.AXIS_Z + 1] = found[at.R_X : at.R_AXIS_Z + 1]
     if plan.features.rubs:
         _rubbed(out, found, raw, lasted, plan.features.swings)

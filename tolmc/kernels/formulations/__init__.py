@@ -9,7 +9,7 @@ A formulation has, with SI units at its borders and every array flat, (row, lane
 ``prepare(raw, i, coef, lane, width)``, ``start(raw, i, y, coef, lane, width)``
     Coefficients and state at t = 0 of a lane from column i of the parameters.
 ``advance(y, coef, h, k, first, lane, width, with_load)``
-    h y' into ``k[first:]``; returns N_D, N_E, |w|^2 and the power of the torque.
+    h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque.
 ``project(y, coef, lane, width)``
     Puts the state back on its constraints; returns the relative error left.
 ``momentum(y, coef, lane, width)``

@@ -94,9 +94,9 @@ def evaluate(y, coef, lane, width, with_load):
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 and the power of the torque."""
-    swing_rate, nu_rate, spin_rate, phi_rate, turn, lean, _, big_y, n_d, n_e, _, _, power, _, _ = evaluate(
-        y, coef, lane, width, with_load
+    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque."""
+    swing_rate, nu_rate, spin_rate, phi_rate, turn, lean, _, big_y, n_d, n_e, kinetic, potential, power, _, _ = (
+        evaluate(y, coef, lane, width, with_load)
     )
     swing = h * y[5 * width + lane]
     k[first + lane] = -swing * y[width + lane]
@@ -110,7 +110,7 @@ def advance(y, coef, h, k, first, lane, width, with_load):
     k[first + 8 * width + lane] = h * phi_rate * y[7 * width + lane]
     k[first + 9 * width + lane] = h * spin_rate
     length = coef[_LENGTH * width + lane]
-    return n_d, n_e, (length * big_y) * (length * big_y), power
+    return n_d, n_e, (length * big_y) * (length * big_y), kinetic, potential, power
 
 
 @device

@@ -83,8 +83,10 @@ def evaluate(y, coef, lane, width, with_load):
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 and the power of the torque (none here)."""
-    swing_rate, nu_rate, turn, lean, _, big_y, n_d, n_e, _, _, _, _ = evaluate(y, coef, lane, width, with_load)
+    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
+    swing_rate, nu_rate, turn, lean, _, big_y, n_d, n_e, kinetic, potential, _, _ = evaluate(
+        y, coef, lane, width, with_load
+    )
     swing = h * y[5 * width + lane]
     k[first + lane] = -swing * y[width + lane]
     k[first + width + lane] = swing * y[lane]
@@ -94,7 +96,7 @@ def advance(y, coef, h, k, first, lane, width, with_load):
     k[first + 5 * width + lane] = h * swing_rate
     k[first + 6 * width + lane] = h * nu_rate
     length = coef[_LENGTH * width + lane]
-    return n_d, n_e, (length * big_y) * (length * big_y), 0.0
+    return n_d, n_e, (length * big_y) * (length * big_y), kinetic, potential, 0.0
 
 
 @device

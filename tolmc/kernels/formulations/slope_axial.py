@@ -41,15 +41,15 @@ def evaluate(y, coef, lane, width, with_load):
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 (m^2) and the power of the torque (none here)."""
-    _, d, rate_s, rate_d, n_d, n_e, _, _, _, _, q = evaluate(y, coef, lane, width, with_load)
+    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
+    _, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = evaluate(y, coef, lane, width, with_load)
     turn = h * d
     k[first + lane] = -turn * y[width + lane]
     k[first + width + lane] = turn * y[lane]
     k[first + 2 * width + lane] = h * rate_s
     k[first + 3 * width + lane] = h * rate_d
     r = coef[slope_symmetric.R * width + lane]
-    return n_d, n_e, r * r * q, 0.0
+    return n_d, n_e, r * r * q, kinetic, potential, 0.0
 
 
 @device

@@ -235,8 +235,8 @@ def evaluate(y, coef, lane, width, with_load):
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 and the power of the torque."""
-    a_rate, b_rate, spin_rate, chi_rate, n_d, n_e, _, _, w2, _, _, power, _, _ = evaluate(
+    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque."""
+    a_rate, b_rate, spin_rate, chi_rate, n_d, n_e, _, _, w2, kinetic, potential, power, _, _ = evaluate(
         y, coef, lane, width, with_load
     )
     a, b = h * y[4 * width + lane], h * y[5 * width + lane]
@@ -249,7 +249,7 @@ def advance(y, coef, h, k, first, lane, width, with_load):
     k[first + 6 * width + lane] = -h * chi_rate * y[7 * width + lane]
     k[first + 7 * width + lane] = h * chi_rate * y[6 * width + lane]
     k[first + 8 * width + lane] = h * spin_rate
-    return n_d, n_e, w2, power
+    return n_d, n_e, w2, kinetic, potential, power
 
 
 @device

@@ -201,8 +201,8 @@ def evaluate(y, coef, lane, width, with_load):
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2 (m^2) and the power of the torque (none here)."""
-    s, d, rate_s, rate_d, n_d, n_e, _, _, _, _, q = evaluate(y, coef, lane, width, with_load)
+    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
+    s, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = evaluate(y, coef, lane, width, with_load)
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     s, d = h * s, h * d
     k[first + lane] = -(s * oy + d * wy)
@@ -212,7 +212,7 @@ def advance(y, coef, h, k, first, lane, width, with_load):
     k[first + 4 * width + lane] = h * rate_s
     k[first + 5 * width + lane] = h * rate_d
     r = coef[R * width + lane]
-    return n_d, n_e, r * r * q, 0.0
+    return n_d, n_e, r * r * q, kinetic, potential, 0.0
 
 
 @device

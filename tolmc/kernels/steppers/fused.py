@@ -1,7 +1,7 @@
-"""A step of the motion alone, its stages' arguments and right-hand sides in one loop over the lanes.
+"""A step whose stages have their argument and right-hand side in one loop over the lanes.
 
 Sums wait for memory, right-hand sides for arithmetic; in one loop they overlap, and a step takes a tenth less. For equations
-short enough to be compiled once a stage: those of a symmetric body.
+short enough to be compiled once a stage: those of a symmetric body, which no torque turns.
 """
 
 from __future__ import annotations
@@ -10,45 +10,62 @@ from types import ModuleType
 
 from tolmc.kernels.jit import inlined, piece, routine
 from tolmc.kernels.lanes import WIDTH, Layout
-from tolmc.kernels.steppers import Stepper
-from tolmc.kernels.tableaux import MOTION_ALONE, MOTION_ARGUMENTS, motion_end
+from tolmc.kernels.seen import ERROR
+from tolmc.kernels.steppers import Rows, Stepper, integrals, looker
+from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 
-def build(equations: ModuleType, load: bool, layout: Layout) -> Stepper:
-    """Stepper by the formula of the motion alone; it leaves neither samples nor sums."""
-    state = equations.STATE
-    size = state * WIDTH
-    argument_rows, k_rows = layout.block(state), layout.block(MOTION_ALONE.stages * state)
-    error_rows, none = layout.block(1), layout.block(0)
-    project = equations.project
-    stages = _in_order([_stage(equations, load, number, at) for number, at in enumerate(MOTION_ARGUMENTS)])
+def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, layout: Layout) -> Stepper:
+    """Stepper by ``tableau`` for equations without a torque."""
+    state, project = equations.STATE, equations.project
+    size, step_end, rows = state * WIDTH, weighted_sum(tableau.weights), Rows.of(state, tableau, layout)
+    argument_rows, k_rows = rows.argument, rows.k
+    look, integrate = looker(equations, load), integrals(tableau, forces, torque=False, first=rows.forces)
+    stages = _in_order([_stage(tableau, equations, load, forces, number, rows.forces)
+                        for number in range(1 if forces else 0, tableau.stages)])  # fmt: skip
 
     @routine
-    def through_stages(y, end, coef, h, k, argument, error):
+    def through_stages(y, end, coef, h, k, argument, seen):
         stages(y, k, argument, coef, h)
         for lane in range(WIDTH):
             for c in range(state):
-                end[c * WIDTH + lane] = motion_end(y, k, size, c * WIDTH + lane)
-            error[lane] = project(end, coef, lane, WIDTH)
+                end[c * WIDTH + lane] = step_end(y, k, size, c * WIDTH + lane)
+            seen[ERROR * WIDTH + lane] = project(end, coef, lane, WIDTH)
+
+    @routine
+    def finish(h, k, seen):
+        integrate(h, k, seen)
 
     @inlined
-    def step(y, end, coef, h, work, watch):
-        through_stages(y, end, coef, h, work[k_rows], work[argument_rows], work[error_rows])
+    def step(y, end, coef, h, seen, work):
+        k, argument = work[k_rows], work[argument_rows]
+        if forces:
+            look(y, coef, h, k, argument, seen)
+        through_stages(y, end, coef, h, k, argument, seen)
+        if forces:
+            finish(h, k, seen)
 
-    return Stepper(MOTION_ALONE, step, error_rows, none, none)
+    @inlined
+    def see(y, coef, h, seen, work):
+        look(y, coef, h, work[k_rows], work[argument_rows], seen)
+
+    return Stepper(tableau, step, see)
 
 
-def _stage(equations: ModuleType, load: bool, number: int, argument_at):
-    """One stage: its argument's sum over the stages before, and its right-hand side."""
-    state, advance = equations.STATE, equations.advance
-    size = state * WIDTH
+def _stage(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, number: int, forces_row: int):
+    """One stage: its argument's sum over the stages before, its right-hand side, and the forces where they have a weight."""
+    state, advance, argument_at = equations.STATE, equations.advance, weighted_sum(tableau.rows[number])
+    size, watched = state * WIDTH, forces and tableau.weights.get(number, 0.0) != 0.0
+    seen_at = (forces_row + 3 * number) * WIDTH
 
     @piece
     def stage(y, k, argument, coef, h):
         for lane in range(WIDTH):
             for c in range(state):
                 argument[c * WIDTH + lane] = argument_at(y, k, size, c * WIDTH + lane)
-            advance(argument, coef, h[lane], k, number * size, lane, WIDTH, load)
+            n_d, n_e, _, _, _, _ = advance(argument, coef, h[lane], k, number * size, lane, WIDTH, load)
+            if watched:
+                k[seen_at + lane], k[seen_at + WIDTH + lane] = n_d, n_e
 
     return stage
 

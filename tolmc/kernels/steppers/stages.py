@@ -1,132 +1,100 @@
-"""Explicit Runge-Kutta steps stage by stage: rk8 and rk4, with the contact forces seen at the stages."""
+"""A step stage by stage, the equations compiled once: for those of any body, which are long, and for rk4."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from types import ModuleType
 
-from tolmc.kernels import tableaux
 from tolmc.kernels.jit import inlined, routine
-from tolmc.kernels.lanes import WIDTH, Layout, observer
-from tolmc.kernels.steppers import Stepper
-from tolmc.kernels.tableaux import Tableau
+from tolmc.kernels.lanes import WIDTH, Layout
+from tolmc.kernels.seen import ERROR, WORK
+from tolmc.kernels.steppers import Rows, Stepper, integrals, looker
+from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 
-@dataclass(frozen=True)
-class Method:
-    """A tableau and its sums over a block: arguments of stages, the step's end, and its midpoint where stages are too crude."""
+def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, layout: Layout) -> Stepper:
+    """Stepper by ``tableau`` for any equations."""
+    state, stages = equations.STATE, tableau.stages
+    advance, project, torque = equations.advance, equations.project, equations.TORQUE
+    size, step_end, rows = state * WIDTH, weighted_sum(tableau.weights), Rows.of(state, tableau, layout)
+    argument_rows, k_rows, forces_row, start = rows.argument, rows.k, rows.forces, 1 if forces else 0
+    stage_argument = _arguments(tableau, size)
+    look, integrate = looker(equations, load), integrals(tableau, forces, torque, rows.forces)
 
-    tableau: Tableau
-    argument: Callable
-    end: Callable
-    midpoint: Callable | None = None
-
-
-RK8 = Method(tableaux.DORMAND_PRINCE, tableaux.stage_argument_rk8, tableaux.step_end_rk8)
-RK4 = Method(tableaux.CLASSICAL, tableaux.stage_argument_rk4, tableaux.step_end_rk4, tableaux.midpoint_rk4)
-
-
-def build(method: Method, equations: ModuleType, load: bool, forces: bool, layout: Layout) -> Stepper:
-    """Stepper of ``method`` for ``equations``; with ``forces`` a step that is watched leaves samples and sums.
-
-    Without them the sums hold the torque's work alone, where there can be one.
-    """
-    stages, weights = method.tableau.stages, method.tableau.b
-    size, torque = equations.STATE * WIDTH, equations.TORQUE
-    argument_rows, k_rows = layout.block(equations.STATE), layout.block(stages * equations.STATE)
-    sample_rows, sum_rows, error_rows = layout.block((stages + 2) * 4), layout.block(5), layout.block(1)
-    stage_argument, step_end = method.argument, method.end
-    advance, project = equations.advance, equations.project
-    sample_extra, integrate = _extra_samples(method, equations, load), _integrals(method.tableau, torque)
-    extra = method.midpoint is not None
-
-    # Arrays by themselves: of slices within the function LLVM would not see how few alias checks tell them apart.
+    # On its own, for LLVM to see arrays and not parts of one: two written and three read, whose overlaps it checks.
     @routine
-    def through_stages(y, end, coef, h, k, argument, samples, sums, error, watch):
-        for stage in range(stages):
-            first, row = stage * size, 4 * stage * WIDTH
-            stage_argument(stage, y, k, argument, size)
-            weight = weights[stage]
-            # Two written arrays, three read: with one more, LLVM's alias checks exceed their limit and the loop is scalar.
-            if not torque and (not forces or weight == 0.0 or not watch):
-                for lane in range(WIDTH):
-                    advance(argument, coef, h[lane], k, first, lane, WIDTH, load)
-            else:
-                for lane in range(WIDTH):
-                    n_d, n_e, w2, power = advance(argument, coef, h[lane], k, first, lane, WIDTH, load)
-                    samples[row + lane] = n_d
-                    samples[row + WIDTH + lane] = n_e
-                    samples[row + 2 * WIDTH + lane] = w2
-                    if torque:
-                        samples[row + 3 * WIDTH + lane] = power
-        step_end(y, k, end, size)
+    def right_hand_sides(argument, coef, h, k, sample):
         for lane in range(WIDTH):
-            error[lane] = project(end, coef, lane, WIDTH)
-        if extra and forces and watch:
-            sample_extra(y, end, k, argument, coef, samples)
-        if torque or (forces and watch):
+            n_d, n_e, _, _, _, power = advance(argument, coef, h[lane], k, 0, lane, WIDTH, load)
+            if forces:
+                sample[lane], sample[WIDTH + lane] = n_d, n_e
+            if torque:
+                sample[2 * WIDTH + lane] = power
+
+    @routine
+    def finish(y, end, coef, k, seen):
+        for lane in range(WIDTH):
+            for c in range(state):
+                end[c * WIDTH + lane] = step_end(y, k, size, c * WIDTH + lane)
+            seen[ERROR * WIDTH + lane] = project(end, coef, lane, WIDTH)
+
+    @routine
+    def sum_up(h, k, seen):
+        if torque and not forces:
             for lane in range(WIDTH):
-                integrate(samples, h, sums, lane)
+                seen[WORK * WIDTH + lane] = k[(forces_row + 2) * WIDTH + lane]
+        integrate(h, k, seen)
+
+    @routine
+    def through_stages(y, end, coef, h, k, argument, seen):
+        for stage in range(start, stages):
+            stage_argument(stage, y, k, argument)
+            row = (forces_row + 3 * stage) * WIDTH
+            right_hand_sides(argument, coef, h, k[stage * size : (stage + 1) * size], k[row : row + 3 * WIDTH])
+        finish(y, end, coef, k, seen)
+        if forces or torque:
+            sum_up(h, k, seen)
 
     @inlined
-    def step(y, end, coef, h, work, watch):
-        samples, sums, error = work[sample_rows], work[sum_rows], work[error_rows]
-        through_stages(y, end, coef, h, work[k_rows], work[argument_rows], samples, sums, error, watch)
+    def step(y, end, coef, h, seen, work):
+        k, argument = work[k_rows], work[argument_rows]
+        if forces:
+            look(y, coef, h, k, argument, seen)
+        through_stages(y, end, coef, h, k, argument, seen)
 
-    return Stepper(method.tableau, step, error_rows, sample_rows, sum_rows)
+    @inlined
+    def see(y, coef, h, seen, work):
+        look(y, coef, h, work[k_rows], work[argument_rows], seen)
+
+    return Stepper(tableau, step, see)
 
 
-def _extra_samples(method: Method, equations: ModuleType, load: bool):
-    """Samples at the step's midpoint and end, rows ``stages`` and ``stages + 1``."""
-    stages, size = method.tableau.stages, equations.STATE * WIDTH
-    midpoint, observe = method.midpoint, observer(equations, load)
-    if midpoint is None:
+def _arguments(tableau: Tableau, size: int):
+    """Function of the argument of stage ``stage``, all lanes."""
+
+    def up_to(number: int):
+        here = _argument(tableau, number, size)
+        if number == tableau.stages - 1:
+            return here
+        later = up_to(number + 1)
 
         @inlined
-        def nothing(y, end, k, argument, coef, samples):
-            pass
+        def argument(stage, y, k, out):
+            if stage == number:
+                here(stage, y, k, out)
+            else:
+                later(stage, y, k, out)
 
-        return nothing
+        return argument
+
+    return up_to(0)
+
+
+def _argument(tableau: Tableau, number: int, size: int):
+    at = weighted_sum(tableau.rows[number])
 
     @routine
-    def look(y, coef, samples, row):
-        for lane in range(WIDTH):
-            _, _, _, _, n_d, n_e, _, _, _, _, w2 = observe(y, coef, lane)
-            samples[row + lane] = n_d
-            samples[row + WIDTH + lane] = n_e
-            samples[row + 2 * WIDTH + lane] = w2
+    def argument(stage, y, k, out):
+        for m in range(size):
+            out[m] = at(y, k, size, m)
 
-    @inlined
-    def sample_extra(y, end, k, argument, coef, samples):
-        midpoint(y, k, argument, size)
-        look(argument, coef, samples, 4 * stages * WIDTH)
-        look(end, coef, samples, 4 * (stages + 1) * WIDTH)
-
-    return sample_extra
-
-
-def _integrals(tableau: Tableau, torque: bool):
-    """Increments of the integrals over one lane's step, by the method's weights."""
-    stages, weights = tableau.stages, tableau.b
-
-    @inlined
-    def integrate(samples, h, sums, lane):
-        d, d2, e, e2, work = 0.0, 0.0, 0.0, 0.0, 0.0
-        for stage in range(stages):
-            weight = weights[stage]
-            if weight != 0.0:
-                row = 4 * stage * WIDTH
-                n_d, n_e = samples[row + lane], samples[row + WIDTH + lane]
-                d += weight * n_d
-                d2 += weight * n_d * n_d
-                e += weight * n_e
-                e2 += weight * n_e * n_e
-                if torque:
-                    work += weight * samples[row + 3 * WIDTH + lane]
-        sums[lane], sums[WIDTH + lane] = h[lane] * d, h[lane] * d2
-        sums[2 * WIDTH + lane], sums[3 * WIDTH + lane] = h[lane] * e, h[lane] * e2
-        if torque:
-            sums[4 * WIDTH + lane] = h[lane] * work
-
-    return integrate
+    return argument

@@ -1,221 +1,214 @@
 """First loss of contact: the instant at which a contact force turns negative.
 
-Bracketed by the samples of a step and located by root finding with steps from the start of that step. A loss between the
-samples shows only in the refined extrema: such a lane asks to be run again with a hint (status RERUN). The hints:
-
-``force_step``, ``force_at``
-    Step in which a lane loses contact although its samples do not show it (-1: none), and the place in that step where a
-    contact force is negative.
-``ignore_step``
-    Last step at which a suspicion is to be passed over (-1 at first); a lane that ignores all its steps asks for no rerun.
+A force that is negative at the end of a step shows it; so does a minimum between two ends, and every one that may lie below
+zero is made exact. The instant is the root of min(N_D, N_E) between the end before and the first place known to be negative,
+by steps of the method from that end. There a lane's motion ends, unless it is to go on two-sided.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from tolmc.kernels.jit import piece, routine
-from tolmc.kernels.lanes import WIDTH, no, yes
-from tolmc.kernels.peaks import peaks_of
-from tolmc.kernels.results import (
-    CONTACT_LOST,
-    CONTINUE,
-    END,
-    END_TIME,
-    LOSS_TIME,
-    OK,
-    RERUN,
-    RERUN_AT,
-    RERUN_FORCE,
-    RERUN_IGNORE,
-    STATUS,
-)
+from tolmc.kernels.jit import routine
+from tolmc.kernels.lanes import WIDTH, yes
+from tolmc.kernels.results import CONTACT_LOST, CONTINUE, END_TIME, LOSS_TIME, OK, STATUS
+from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, SEEN, at
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
+from tolmc.kernels.watchers.between import Between, highest
 
-ITERATIONS = 14
+_ITERATIONS = 60
+_TIGHT = 4e-16  # share of a step to which the instant is found
 
 
-def watch(system: System) -> Watcher:
-    """Watcher of the loss; it shuts the gates of the lanes that have one and leaves their last step, as ``run.on_loss`` says.
-
-    STOP ends the force statistics, END the whole motion, CONTINUE neither.
-    """
-    layout, state, step_once = system.layout, system.equations.STATE, system.stepper.step
-    sample_rows, part, part_h, part_state = system.stepper.samples, system.part, system.part_h, system.part_state
-    open_forces, open_motion = system.open_forces, system.open_motion
-    until_forces, until_motion = system.until_forces, system.until_motion
-    forced, floor, loss_step, bracket, time = (layout.row() for _ in range(5))
-    best_rows, position_rows, trial_rows = layout.block(1), layout.block(1), layout.block(state)
-    low_rows, high_rows, f_low_rows, f_high_rows, side_rows = (layout.block(1) for _ in range(5))
-    estimate = peaks_of(system.stepper.tableau).estimate
-    screen, locate = _screen(system, floor), _locate(system)
+def watch(system: System, between: Between) -> Watcher:
+    """Watcher of the loss; it ends the motion of the lanes that have one, as ``run.on_loss`` says."""
+    layout = system.layout
+    time, place, sooner_rows = layout.row(), layout.row(), layout.block(1)
+    survey, locate = _survey(time, place), _locate(system, place, time)
+    estimate, choose, follow = between.estimate, between.choose, between.follow
+    best_rows, value_rows, place_rows = between.best, between.value, between.place
 
     @routine
-    def begin(run, block, step, y, end, coef, work):
-        hints, last = 0, run.raw.shape[1] - 1
+    def begin(run, block, y, coef, work):
         for lane in range(WIDTH):
-            work[loss_step + lane], work[time + lane], work[bracket + lane], work[floor + lane] = -1.0, np.nan, 0.0, 0.0
-            hints += run.force_step[min(block + lane, last)] >= 0
-        work[forced] = hints
-        at_loss = work[part_state]
-        for m in range(state * WIDTH):
-            at_loss[m] = y[m]
+            work[time + lane] = np.inf
 
-    @piece
-    def look(run, block, step, y, end, coef, work):
-        at_loss, last = work[part_state], run.raw.shape[1] - 1
-        # Losses first: the step in which contact ends belongs to the statistics only up to that instant.
-        if work[forced] > 0.0:
-            for lane in range(WIDTH):
-                i = min(block + lane, last)
-                if step == run.force_step[i] and work[loss_step + lane] < 0.0:
-                    for c in range(state):
-                        at_loss[c * WIDTH + lane] = y[c * WIDTH + lane]
-                    work[bracket + lane], work[loss_step + lane], work[floor + lane] = run.force_at[i], step, np.inf
-                    work[open_forces + lane] = work[open_forces + lane] if run.on_loss == CONTINUE else 0.0
-                    work[open_motion + lane] = work[open_motion + lane] if run.on_loss != END else 0.0
-        samples, best, position = work[sample_rows], work[best_rows], work[position_rows]
-        suspects = screen(samples, work)
-        for end_plane in range(2):
-            if (suspects >> end_plane) & 1 == 0:
+    @routine
+    def near_zero(here, after, variable):
+        """How many lanes' force may come near zero at all; most intervals of most motions need no closer look."""
+        near, value, rate = 0, variable * WIDTH, (variable + 3) * WIDTH
+        for lane in range(WIDTH):
+            steepest = max(abs(here[rate + lane]), abs(after[rate + lane]))
+            near += min(here[value + lane], after[value + lane]) < steepest
+        return near
+
+    @routine
+    def look_between(run, window, variable, coef, work):
+        """Minima of one force between ends that lie below zero, before the first place known to be negative."""
+        sooner, best, value, where = work[sooner_rows], work[best_rows], work[value_rows], work[place_rows]
+        count = np.int64(0)  # a literal would compile what it is handed to once more
+        first = variable * WIDTH
+        for lane in range(WIDTH):
+            # Nothing is sought in a lane that has lost contact, nor where an end shows it.
+            known = np.ceil(work[place + lane]) - 1.0 if work[time + lane] == np.inf else 0.0
+            sooner[lane] = window.first + known
+            best[lane] = 0.0
+        for row in range(window.head, window.tail + 1):
+            here, after = at(window.seen, row), at(window.seen, row + 1)
+            if near_zero(here, after, variable) == 0:
                 continue
-            estimate(samples, 2 * end_plane + 1, best, position)
+            below = 0
             for lane in range(WIDTH):
-                i = min(block + lane, last)
-                known = work[loss_step + lane]
-                if best[lane] > 0.0 and step > run.ignore_step[i] and (known < 0.0 or known == step):
-                    if known < 0.0:
-                        for c in range(state):
-                            at_loss[c * WIDTH + lane] = y[c * WIDTH + lane]
-                        work[bracket + lane] = min(position[lane], 1.0)
-                    work[bracket + lane] = min(work[bracket + lane], position[lane])
-                    work[loss_step + lane], work[floor + lane] = step, np.inf
-                    if run.on_loss != CONTINUE:
-                        work[open_forces + lane] = 0.0
-                    if run.on_loss == END:
-                        work[open_motion + lane] = 0.0
+                n0, n1, m0, m1 = (
+                    here[first + lane],
+                    after[first + lane],
+                    here[first + 3 * WIDTH + lane],
+                    after[first + 3 * WIDTH + lane],
+                )
+                below += (highest(-n0, -n1, -m0, -m1) > 0.0) & (window.first + row + 1.0 <= sooner[lane])
+            if below > 0:
+                estimate(window, row, variable, -1.0, sooner, count, work)
+                count += 1
+        while count > 0 and choose(count, yes(), work) > 0:
+            follow(run, window, variable, -1.0, sooner, coef, work)
+            for lane in range(WIDTH):
+                if value[lane] > 0.0:
+                    work[place + lane] = min(work[place + lane], where[lane])
+                    best[lane] = np.inf
 
     @routine
-    def finish(run, block, step, y, end, coef, work):
-        losses = 0
+    def scan(run, block, window, coef, work):
+        survey(window, work)
+        for force in range(2):
+            look_between(run, window, N_D + force, coef, work)
+        lost = 0
         for lane in range(WIDTH):
-            losses += work[loss_step + lane] >= 0.0
-            work[part + lane] = 0.0
-        if losses > 0:
-            locate(
-                work[part_state], work[loss_step : loss_step + WIDTH], work[bracket : bracket + WIDTH],
-                work[time : time + WIDTH], work[part_h], run.step_length, coef, work[trial_rows],
-                work[low_rows], work[high_rows], work[f_low_rows], work[f_high_rows], work[side_rows], work[best_rows], work,
-            )  # fmt: skip
-            if run.on_loss != CONTINUE:
-                trial = work[trial_rows]
-                step_once(work[part_state], trial, coef, work[part_h], work, yes())
-                for lane in range(WIDTH):
-                    work[part + lane] = 1.0 if work[loss_step + lane] >= 0.0 else 0.0
-                    if run.on_loss == END and work[loss_step + lane] >= 0.0:
-                        for c in range(state):
-                            y[c * WIDTH + lane] = trial[c * WIDTH + lane]
-        for lane in range(WIDTH):
-            at = work[time + lane]
-            lost = at >= 0.0
-            work[until_forces + lane] = at if lost and run.on_loss != CONTINUE else run.duration
-            work[until_motion + lane] = at if lost and run.on_loss == END else run.duration
+            lost += work[place + lane] < np.inf
+        if lost > 0:
+            locate(run, window, coef, work)
+
+    @routine
+    def finish(run, block, y, coef, work):
         for lane in range(min(WIDTH, run.raw.shape[1] - block)):
-            i = block + lane
-            at = work[time + lane]
-            run.out[RERUN_FORCE, i], run.out[RERUN_AT, i], run.out[RERUN_IGNORE, i] = -1.0, 0.0, run.ignore_step[i]
-            run.out[LOSS_TIME, i] = at if at >= 0.0 else np.nan
-            if work[loss_step + lane] >= 0.0:
-                if at >= 0.0:
-                    if run.out[STATUS, i] == OK or run.on_loss != CONTINUE:
-                        run.out[STATUS, i] = CONTACT_LOST
-                    run.out[END_TIME, i] = at
-                elif run.out[STATUS, i] == OK:
-                    run.out[STATUS, i], run.out[RERUN_IGNORE, i] = RERUN, work[loss_step + lane]
-                    if at == -2.0:
-                        run.out[RERUN_FORCE, i], run.out[RERUN_AT, i] = work[loss_step + lane] - 1.0, 1.0
+            when, i = work[time + lane], block + lane
+            lost = when < np.inf
+            run.out[LOSS_TIME, i] = when if lost else np.nan
+            if lost:
+                if run.out[STATUS, i] == OK or run.on_loss != CONTINUE:
+                    run.out[STATUS, i] = CONTACT_LOST
+                run.out[END_TIME, i] = when
 
-    return Watcher(begin, look, finish)
+    return Watcher(begin=begin, scan=scan, finish=finish)
 
 
-def _screen(system: System, floor: int):
-    """Which of D (bit 0) and E (bit 1) may lose contact in a step in any lane.
-
-    An extremum between the samples lies beyond them by a tenth of their range at most as long as it is a single one; twice
-    that is allowed for.
-    """
-    peaks = peaks_of(system.stepper.tableau)
-    of_step, range_of = peaks.of_step, peaks.range_of
+def _survey(time: int, place: int):
+    """First row at which a force is negative (inf: none), of lanes that have not lost contact."""
 
     @routine
-    def screen(samples, work):
-        suspects = 0
-        for end_plane in range(2):
-            lost = 0
+    def survey(window, work):
+        for lane in range(WIDTH):
+            work[place + lane] = np.inf
+        for row in range(window.tail + 1, window.head - 1, -1):
+            seen = at(window.seen, row)
             for lane in range(WIDTH):
-                s0, s1, s2, s3, s4 = of_step(samples, 2 * end_plane, lane)
-                top, bottom = range_of(s0, s1, s2, s3, s4)
-                lost += 0.2 * (top - bottom) - bottom > work[floor + lane]
-            if lost > 0:
-                suspects |= 1 << end_plane
-        return suspects
+                negative = min(seen[N_D * WIDTH + lane], seen[N_E * WIDTH + lane]) < 0.0 and work[time + lane] == np.inf
+                work[place + lane] = row if negative else work[place + lane]
 
-    return screen
+    return survey
 
 
-def _locate(system: System):
-    """Time (s) of the first root of min(N_D, N_E) in the lanes with a loss, by the Illinois rule; h is its place in the step.
+def _locate(system: System, place: int, time: int):
+    """Time (s) of the first root of min(N_D, N_E) before ``place`` (rows) in the lanes that have one.
 
-    ``start`` is the state at the start of the loss's ``step`` (-1: no loss), ``bracket`` a place in the step, as a share of it,
-    where a force is negative. Every trial is a step from there. The time is -1 where no sign changes, -2 where contact has
-    ended in the step before.
+    Newton's rule with the force's own rate, within a bracket that every trial narrows; where it leaves that, the middle.
     """
-    step_once, observe = system.stepper.step, system.observe
+    layout, state, until = system.layout, system.equations.STATE, system.until
+    step, see, full = system.stepper.step, system.stepper.see, system.h
+    start_rows, trial_rows, h_rows = layout.block(state), layout.block(state), layout.block(1)
+    seen_rows, trial_seen = layout.block(SEEN), layout.block(SEEN)
+    low, high, share, row_of, busy = (layout.row() for _ in range(5))
+    end_rows, end_seen, part_start, part_seen, part_h = (
+        system.end_state, system.end_seen, system.part_start, system.part_seen, system.part_h
+    )  # fmt: skip
 
     @routine
-    def smallest_force(y, coef, smallest):
-        """min(N_D, N_E) of every lane."""
+    def begin_at(window, work):
+        """State at the end before the place, and the bracket from there as a share of a step."""
+        start = work[start_rows]
         for lane in range(WIDTH):
-            _, _, _, _, n_d, n_e, _, _, _, _, _ = observe(y, coef, lane)
-            smallest[lane] = min(n_d, n_e)
+            where = work[place + lane]
+            row = max(int(np.ceil(where)) - 1, 0) if where < np.inf else window.head
+            work[row_of + lane], work[low + lane] = row, 0.0
+            work[high + lane] = work[share + lane] = where - row if where < np.inf else 0.0
+            work[busy + lane] = 1.0 if where < np.inf else 0.0
+            for c in range(state):
+                start[c * WIDTH + lane] = window.states[(row * state + c) * WIDTH + lane]
 
     @routine
-    def locate(start, step, bracket, time, h, step_length, coef, trial, low, high, f_low, f_high, side, force, work):
-        smallest_force(start, coef, f_low)
+    def narrow(first, seen, work):
+        """Take the trial's force into every bracket; returns how many lanes are not done."""
+        left = 0
         for lane in range(WIDTH):
-            low[lane], side[lane] = 0.0, 0.0
-            high[lane], h[lane] = bracket[lane], bracket[lane] * step_length
-        for iteration in range(ITERATIONS):
-            step_once(start, trial, coef, h, work, no())
-            smallest_force(trial, coef, force)
+            x, by_e = work[share + lane], seen[N_E * WIDTH + lane] < seen[N_D * WIDTH + lane]
+            force = seen[N_E * WIDTH + lane] if by_e else seen[N_D * WIDTH + lane]
+            rate = seen[RATE_E * WIDTH + lane] if by_e else seen[RATE_D * WIDTH + lane]
+            work[high + lane] = x if force < 0.0 else work[high + lane]
+            work[low + lane] = work[low + lane] if force < 0.0 else x
+            span = work[high + lane] - work[low + lane]
+            moved = x - force / rate
+            moved = (
+                moved if work[low + lane] < moved < work[high + lane] else 0.5 * (work[low + lane] + work[high + lane])
+            )
+            going = work[busy + lane] > 0.0
+            # A place whose own force turns out not to be negative shows no loss after all.
+            none = first and going and not force < 0.0 and x > 0.0
+            work[place + lane] = np.inf if none else work[place + lane]
+            going = going and not none and span > _TIGHT and abs(moved - x) > _TIGHT
+            work[share + lane] = moved if going else x
+            work[busy + lane] = 1.0 if going else 0.0
+            left += going
+        return left
+
+    @routine
+    def locate(run, window, coef, work):
+        start, trial, h, seen, seen_there = (
+            work[start_rows],
+            work[trial_rows],
+            work[h_rows],
+            work[seen_rows],
+            work[trial_seen],
+        )
+        begin_at(window, work)
+        for iteration in range(_ITERATIONS):
             for lane in range(WIDTH):
-                x, value = h[lane] / step_length, force[lane]
-                # The end kept twice in a row loses half its weight; the first trial is the bracket's own end.
-                if iteration == 0:
-                    high[lane], f_high[lane] = x, value
-                elif value < 0.0:
-                    high[lane], f_high[lane] = x, value
-                    f_low[lane] *= 0.5 if side[lane] < 0.0 else 1.0
-                    side[lane] = -1.0
-                else:
-                    low[lane], f_low[lane] = x, value
-                    f_high[lane] *= 0.5 if side[lane] > 0.0 else 1.0
-                    side[lane] = 1.0
-                span = high[lane] - low[lane]
-                x = low[lane] + span * f_low[lane] / (f_low[lane] - f_high[lane])
-                x = x if low[lane] <= x <= high[lane] else 0.5 * (low[lane] + high[lane])
-                h[lane] = x * step_length
-        smallest_force(start, coef, force)
+                h[lane] = work[share + lane] * run.step_length
+            step(start, trial, coef, h, seen, work)
+            see(trial, coef, work[full], seen_there, work)
+            if narrow(iteration == 0, seen_there, work) == 0:
+                break
+        ends, last, first, parts, lengths = (
+            work[end_rows],
+            work[end_seen],
+            work[part_start],
+            work[part_seen],
+            work[part_h],
+        )
         for lane in range(WIDTH):
-            at_start = force[lane] <= 0.0
-            h[lane] = 0.0 if at_start else h[lane]
-            if step[lane] >= 0.0:
-                if at_start and step[lane] > 0.0:
-                    time[lane] = -2.0
-                elif f_high[lane] < 0.0 or at_start:
-                    time[lane] = step[lane] * step_length + h[lane]
-                else:
-                    time[lane] = -1.0
+            if work[place + lane] < np.inf:
+                where = window.first + work[row_of + lane] + work[share + lane]
+                work[time + lane] = where * run.step_length
+                if run.on_loss != CONTINUE:
+                    work[until + lane], lengths[lane] = where, h[lane]
+                    for c in range(state):
+                        ends[c * WIDTH + lane], first[c * WIDTH + lane] = (
+                            trial[c * WIDTH + lane],
+                            start[c * WIDTH + lane],
+                        )
+                    for c in range(SEEN):
+                        last[c * WIDTH + lane], parts[c * WIDTH + lane] = (
+                            seen_there[c * WIDTH + lane],
+                            seen[c * WIDTH + lane],
+                        )
 
     return locate

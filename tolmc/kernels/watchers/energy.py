@@ -1,6 +1,4 @@
-"""Balance of energy: its largest error along a motion, and the projection on it.
-
-T + V less the work of the torque is constant. Errors are relative to the largest kinetic energy, or to the size of the
+"""Energy less the torque's work: how far it drifts, relative to the largest kinetic energy, or to the size of the
 potential energy's variation where that is more.
 """
 
@@ -15,10 +13,11 @@ from tolmc.kernels import parameters as P
 from tolmc.kernels.jit import once, piece, routine
 from tolmc.kernels.lanes import WIDTH, observer
 from tolmc.kernels.results import ENERGY_CORRECTION, ENERGY_ERROR
+from tolmc.kernels.seen import ENERGY, KINETIC, WORK, at
 from tolmc.kernels.system import System
-from tolmc.kernels.watchers import Watcher
+from tolmc.kernels.watchers import Watcher, no_scan
 
-#: Steps from one look at the energy to the next: its error stays once made, and every step's look costs 5 % of a motion.
+#: Steps of a motion alone from one look at the energy to the next: its error stays once made, and every look costs 5 %.
 INTERVAL = 4
 
 
@@ -44,52 +43,80 @@ def projection(equations: ModuleType, load: bool):
     return project_energy
 
 
-def watch(system: System) -> Watcher:
-    """Watcher of the energy; with ``run.project_energy`` it also puts every step's end back on it."""
+def watch(system: System, windows: bool) -> Watcher:
+    """Watcher of the energy; with ``run.project_energy`` it also puts every step's end back on it.
+
+    With ``windows`` it reads the energy at every step's end from what is seen there.
+    """
     equations, load, layout = system.equations, system.load, system.layout
-    observe, torque, sum_rows = system.observe, equations.TORQUE, system.stepper.sums
-    open_motion, bad_step = system.open_motion, system.bad_step
-    first, done, error, scale = layout.row(), layout.row(), layout.row(), system.energy_scale
-    target_rows, correction_rows = layout.block(1), layout.block(1)
+    observe, torque, until, bad_step = system.observe, equations.TORQUE, system.until, system.bad_step
+    first, done, counted, error, scale = (*(layout.row() for _ in range(4)), system.energy_scale)
+    target_rows, correction_rows, part_h = layout.block(1), layout.block(1), system.part_h
+    part_rows, end_rows = system.part_seen, system.end_seen
     project_energy = projection(equations, load)
 
     @routine
-    def begin(run, block, step, y, end, coef, work):
+    def begin(run, block, y, coef, work):
         last, correction = run.raw.shape[1] - 1, work[correction_rows]
         for lane in range(WIDTH):
             _, _, _, _, _, _, _, _, kinetic, potential, _ = observe(y, coef, lane)
             work[first + lane] = kinetic + potential
             work[scale + lane] = max(kinetic, run.raw[P.LOAD_ENERGY, min(block + lane, last)])
-            work[done + lane], work[error + lane], correction[lane] = 0.0, 0.0, 0.0
+            work[done + lane], work[counted + lane] = 0.0, 0.0
+            work[error + lane], correction[lane] = 0.0, 0.0
 
     @piece
-    def look(run, block, step, y, end, coef, work):
+    def look(run, step, end, coef, seen, work):
         if torque:
-            sums = work[sum_rows]
             for lane in range(WIDTH):
-                work[done + lane] += sums[4 * WIDTH + lane]
+                work[done + lane] += seen[WORK * WIDTH + lane]
         if run.project_energy:
             target = work[target_rows]
             for lane in range(WIDTH):
                 target[lane] = work[first + lane] + work[done + lane]
             project_energy(end, coef, target, work[correction_rows])
-        if run.project_energy or step % INTERVAL == 0 or step == run.steps - 1:
+        if not windows and (run.project_energy or step % INTERVAL == 0 or step == run.steps - 1):
             for lane in range(WIDTH):
                 _, _, _, _, _, _, _, _, kinetic, potential, _ = observe(end, coef, lane)
                 drift = abs(kinetic + potential - work[done + lane] - work[first + lane])
-                moving = work[open_motion + lane] > 0.0
                 # Written so that NaN is kept: a comparison with NaN is false.
-                work[error + lane] = drift if moving and not drift <= work[error + lane] else work[error + lane]
-                work[scale + lane] = kinetic if moving and kinetic > work[scale + lane] else work[scale + lane]
-                lost = not drift < np.inf and work[bad_step + lane] < 0.0 and moving
-                work[bad_step + lane] = float(step) if lost else work[bad_step + lane]
+                work[error + lane] = work[error + lane] if drift <= work[error + lane] else drift
+                work[scale + lane] = kinetic if kinetic > work[scale + lane] else work[scale + lane]
+                lost = not drift < np.inf and work[bad_step + lane] < 0.0
+                work[bad_step + lane] = step + 1.0 if lost else work[bad_step + lane]
 
     @routine
-    def finish(run, block, step, y, end, coef, work):
-        correction = work[correction_rows]
+    def scan(run, block, window, coef, work):
+        if window.first + window.head == 0:
+            seen = at(window.seen, window.head)
+            for lane in range(WIDTH):
+                work[first + lane] = seen[ENERGY * WIDTH + lane]
+        for row in range(window.head, window.tail + 1):
+            seen, reached = at(window.seen, row + 1), window.first + row + 1.0
+            if torque:
+                before = at(window.seen, row)
+                for lane in range(WIDTH):
+                    moves = reached <= work[until + lane]
+                    work[counted + lane] += before[WORK * WIDTH + lane] if moves else 0.0
+            for lane in range(WIDTH):
+                kinetic = seen[KINETIC * WIDTH + lane]
+                drift = abs(seen[ENERGY * WIDTH + lane] - work[counted + lane] - work[first + lane])
+                moves = reached <= work[until + lane]
+                work[error + lane] = drift if moves and not drift <= work[error + lane] else work[error + lane]
+                work[scale + lane] = kinetic if moves and kinetic > work[scale + lane] else work[scale + lane]
+                lost = not drift < np.inf and work[bad_step + lane] < 0.0 and moves
+                work[bad_step + lane] = reached if lost else work[bad_step + lane]
+
+    @routine
+    def finish(run, block, y, coef, work):
+        correction, part, end, length = work[correction_rows], work[part_rows], work[end_rows], work[part_h]
         for lane in range(min(WIDTH, run.raw.shape[1] - block)):
             size, drift, taken = work[scale + lane], work[error + lane], correction[lane]
+            if windows and length[lane] > 0.0:
+                size, turned = max(size, end[KINETIC * WIDTH + lane]), part[WORK * WIDTH + lane] if torque else 0.0
+                here = abs(end[ENERGY * WIDTH + lane] - work[counted + lane] - turned - work[first + lane])
+                drift = drift if here <= drift else here
             run.out[ENERGY_ERROR, block + lane] = drift / size if drift != 0.0 else 0.0
             run.out[ENERGY_CORRECTION, block + lane] = abs(taken) / size if taken != 0.0 else 0.0
 
-    return Watcher(begin, look, finish)
+    return Watcher(begin, look, scan if windows else no_scan, finish)

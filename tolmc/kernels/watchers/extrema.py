@@ -1,10 +1,7 @@
 """Extrema, means and root mean squares of the contact forces, and the largest tilt.
 
-Means are quadratures with the method's own weights. Extrema are maxima over continuous time: the stages sample every step, a
-polynomial through the samples finds candidates, the two best of each quantity are kept with the state at the start of their
-step, and at the end a step of the very length of the candidate's time gives the exact value, a second, short one its slope.
-
-A candidate is (value, position in its step as a share of it, number of the step, length of the step), four rows of ``slots``.
+Means are quadratures with the method's own weights. Extrema are maxima over continuous time: values at the ends of steps are
+exact, and every maximum between ends that may lie above the largest value known is made exact.
 """
 
 from __future__ import annotations
@@ -14,335 +11,178 @@ import math
 import numpy as np
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import inlined, piece, routine
-from tolmc.kernels.lanes import WIDTH, no, yes
-from tolmc.kernels.peaks import QUANTITIES, peaks_of
-from tolmc.kernels.results import (
-    CONTACT_LOST,
-    CONTINUE,
-    D_MAX,
-    D_MEAN,
-    D_MIN,
-    D_RMS,
-    END,
-    END_TIME,
-    LOSS_TIME,
-    OK,
-    RERUN,
-    RERUN_AT,
-    RERUN_FORCE,
-    STATUS,
-    TILT_MAX,
-)
+from tolmc.kernels.jit import routine
+from tolmc.kernels.lanes import WIDTH, no
+from tolmc.kernels.results import CONTINUE, D_MAX, D_MEAN, D_MIN, D_RMS, LOSS_TIME, TILT_MAX
+from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, RATE_W2, ROWS, SUM_D, W2, at
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
+from tolmc.kernels.watchers.between import Between, highest, turns
 
-SLOTS = 2  # candidates kept of each quantity
-PROBE = 0.1  # length of the step that is laid around a candidate, as a share of the step
-ESTIMATE_ERROR = 4e-3  # of the polynomials' maxima, relative to the quantity's size; measured at most 1e-3 at 1e-6
-REFINEMENTS = 4  # a candidate is looked at again while its maximum lies outside the short step
-
-_SLOT, _QUANTITY = 4 * WIDTH, SLOTS * 4 * WIDTH  # numbers from one candidate, one quantity, to the next
+QUANTITIES = 5  # N_D, -N_D, N_E, -N_E, |w|^2: of all of them maxima are sought
 
 
-def watch(system: System) -> Watcher:
-    """Watcher of the force statistics, within the gates that the watcher of contact loss shuts; it follows that one."""
-    layout, state = system.layout, system.equations.STATE
-    sample_rows, sum_rows, h_rows = system.stepper.samples, system.stepper.sums, system.h
-    open_forces, open_motion, part = system.open_forces, system.open_motion, system.part
-    part_h, part_state = system.part_h, system.part_state
-    slot_rows, state_rows = layout.block(QUANTITIES * SLOTS * 4), layout.block(QUANTITIES * SLOTS * state)
-    flag_rows, integral_rows = layout.block(QUANTITIES), layout.block(4)
-    best_rows, position_rows, probe_rows = layout.block(1), layout.block(1), layout.block(1)
-    estimate = peaks_of(system.stepper.tableau).estimate
-    screen, keep = _screen(system), _keep(state)
-    refine = _refine(system, slot_rows, state_rows, probe_rows)
+def watch(system: System, between: Between) -> Watcher:
+    """Watcher of the statistics up to where a lane's motion ends."""
+    layout, until, part_h = system.layout, system.until, system.part_h
+    top_rows, largest, integrals = layout.block(QUANTITIES + 1), layout.row(), layout.block(4)
+    mask_rows, length_row, ended = layout.block(-(-ROWS // WIDTH)), layout.row(), layout.row()
+    end_rows, part_rows = system.end_seen, system.part_seen
+    estimate, choose, follow = between.estimate, between.choose, between.follow
+    best_rows, value_rows, scale_rows = between.best, between.value, between.scale
+    doubt_rows, unsure = between.doubt, between.unsure
+    until_rows = slice(until, until + WIDTH)
 
     @routine
-    def begin(run, block, step, y, end, coef, work):
-        slots, states, integrals, probe = work[slot_rows], work[state_rows], work[integral_rows], work[probe_rows]
-        integrals[:] = 0.0
-        slots[:] = 0.0
-        probe[:] = PROBE * run.step_length
-        for place in range(QUANTITIES * SLOTS):
-            for lane in range(WIDTH):
-                slots[place * _SLOT + lane] = -np.inf
-            for m in range(state * WIDTH):
-                states[place * state * WIDTH + m] = y[m]
+    def begin(run, block, y, coef, work):
+        tops, sums = work[top_rows], work[integrals]
+        sums[:] = 0.0
+        tops[:] = -np.inf
+        last = run.raw.shape[1] - 1
+        for lane in range(WIDTH):
+            work[largest + lane], work[length_row + lane] = 0.0, run.raw[P.HALF_LENGTH, min(block + lane, last)]
 
-    @piece
-    def look(run, block, step, y, end, coef, work):
-        samples, sums, h = work[sample_rows], work[sum_rows], work[h_rows]
-        slots, states, integrals, flags = work[slot_rows], work[state_rows], work[integral_rows], work[flag_rows]
-        best, position = work[best_rows], work[position_rows]
-        news = screen(samples, slots, flags)
-        for quantity in range(QUANTITIES):
-            if (news >> quantity) & 1 == 0:
-                continue
-            estimate(samples, quantity, best, position)
-            gate = open_motion if quantity == 4 else open_forces
-            last, moving = step == run.steps - 1, work[gate : gate + WIDTH]
-            keep(y, h, float(step), last, best, position, flags, moving, slots, states, quantity)
+    @routine
+    def take(seen, reached, until, tops, big):
+        """Values at one end of a step, where a lane's motion has reached it."""
+        for lane in range(WIDTH):
+            d, e, w2 = seen[N_D * WIDTH + lane], seen[N_E * WIDTH + lane], seen[W2 * WIDTH + lane]
+            counts = reached <= until[lane]
+            tops[lane] = d if counts & (d > tops[lane]) else tops[lane]
+            tops[WIDTH + lane] = -d if counts & (-d > tops[WIDTH + lane]) else tops[WIDTH + lane]
+            tops[2 * WIDTH + lane] = e if counts & (e > tops[2 * WIDTH + lane]) else tops[2 * WIDTH + lane]
+            tops[3 * WIDTH + lane] = -e if counts & (-e > tops[3 * WIDTH + lane]) else tops[3 * WIDTH + lane]
+            tops[4 * WIDTH + lane] = w2 if counts & (w2 > tops[4 * WIDTH + lane]) else tops[4 * WIDTH + lane]
+            size = max(abs(d), abs(e))
+            big[lane] = size if counts & (size > big[lane]) else big[lane]
+
+    @routine
+    def add(seen, reached, until, sums):
+        """The integrals over one step."""
         for row in range(4):
             for lane in range(WIDTH):
-                integrals[row * WIDTH + lane] += sums[row * WIDTH + lane] if work[open_forces + lane] > 0.0 else 0.0
+                more = seen[(SUM_D + row) * WIDTH + lane]
+                sums[row * WIDTH + lane] += more if reached <= until[lane] else 0.0
 
     @routine
-    def finish(run, block, step, y, end, coef, work):
-        samples, sums = work[sample_rows], work[sum_rows]
-        slots, states, integrals, flags = work[slot_rows], work[state_rows], work[integral_rows], work[flag_rows]
-        best, position, moving = work[best_rows], work[position_rows], work[part : part + WIDTH]
-        parts = 0
+    def turning(here, after):
+        """How many lanes' N_D, N_E and |w|^2 turn within an interval."""
+        d, e, w = 0, 0, 0
         for lane in range(WIDTH):
-            parts += moving[lane] > 0.0
-        if parts > 0:
-            for row in range(4):
-                for lane in range(WIDTH):
-                    integrals[row * WIDTH + lane] += sums[row * WIDTH + lane] if moving[lane] > 0.0 else 0.0
-            flags[:] = 1.0
-            for quantity in range(QUANTITIES if run.on_loss == END else 4):
-                estimate(samples, quantity, best, position)
-                keep(
-                    work[part_state],
-                    work[part_h],
-                    0.0,
-                    parts > 0,
-                    best,
-                    position,
-                    flags,
-                    moving,
-                    slots,
-                    states,
-                    quantity,
-                )
-        refine(run.step_length, coef, work)
-        settle(run, block, slots, integrals, work)
-
-    settle = _settle(system)
-    return Watcher(begin, look, finish)
-
-
-def _screen(system: System):
-    """In which quantities (bits) any lane may have a new extremum in a step; ``flags`` (quantity, lane) say which lanes.
-
-    An extremum between the samples lies beyond them by a tenth of their range at most as long as it is a single one; twice
-    that is allowed for. Most steps of a motion have no candidate, and looking closer costs more than the step itself.
-    """
-    peaks = peaks_of(system.stepper.tableau)
-    of_step, range_of = peaks.of_step, peaks.range_of
+            d += turns(
+                here[N_D * WIDTH + lane],
+                after[N_D * WIDTH + lane],
+                here[RATE_D * WIDTH + lane],
+                after[RATE_D * WIDTH + lane],
+            )
+            e += turns(
+                here[N_E * WIDTH + lane],
+                after[N_E * WIDTH + lane],
+                here[RATE_E * WIDTH + lane],
+                after[RATE_E * WIDTH + lane],
+            )
+            w += turns(
+                here[W2 * WIDTH + lane],
+                after[W2 * WIDTH + lane],
+                here[RATE_W2 * WIDTH + lane],
+                after[RATE_W2 * WIDTH + lane],
+            )
+        return d, e, w
 
     @routine
-    def screen(samples, slots, flags):
-        news = 0
+    def promising(here, after, variable, begun, until, tops):
+        """Whether an interval may hold the largest (bit 0), the smallest (bit 1) value of one variable in any lane."""
+        up, down, value, rate = 0, 0, variable * WIDTH, (variable + 3) * WIDTH
+        for lane in range(WIDTH):
+            counts = begun < until[lane]
+            n0, n1, m0, m1 = here[value + lane], after[value + lane], here[rate + lane], after[rate + lane]
+            up += (highest(n0, n1, m0, m1) > tops[2 * value + lane]) & counts
+            down += (highest(-n0, -n1, -m0, -m1) > tops[2 * value + WIDTH + lane]) & counts
+        return (1 if up > 0 else 0) + (2 if down > 0 else 0)
+
+    @routine
+    def mask_of(here, after, begun, until, tops):
+        """Of which quantities an interval may hold the maximum in any lane, a bit each."""
+        counts, mask = turning(here, after), 0
         for variable in range(3):
-            above = 2 * variable
-            top_floor = above * _QUANTITY + _SLOT
-            bottom_floor = top_floor + _QUANTITY if variable < 2 else top_floor
-            high, low = 0, 0
-            for lane in range(WIDTH):
-                s0, s1, s2, s3, s4 = of_step(samples, above, lane)
-                top, bottom = range_of(s0, s1, s2, s3, s4)
-                beyond = 0.2 * (top - bottom)
-                is_high = top + beyond > slots[top_floor + lane]
-                is_low = beyond - bottom > slots[bottom_floor + lane]
-                # Kept for each lane: what becomes of one must not depend on its neighbours.
-                flags[above * WIDTH + lane] = 1.0 if is_high else 0.0
-                if variable < 2:
-                    flags[(above + 1) * WIDTH + lane] = 1.0 if is_low else 0.0
-                high += is_high
-                low += is_low
-            if high > 0:
-                news |= 1 << above
-            if low > 0 and variable < 2:
-                news |= 2 << above
-        return news
-
-    return screen
-
-
-def _keep(state: int):
-    """Put a step's candidate among the two best of its quantity, with the state at the step's start."""
+            if counts[variable] > 0:
+                mask |= promising(here, after, variable, begun, until, tops) << 2 * variable
+        return mask & (1 << QUANTITIES) - 1
 
     @routine
-    def keep(y, h, number, last, best, position, flags, moving, slots, states, quantity):
-        first = quantity * _QUANTITY
-        second = first + _SLOT
-        state1 = quantity * SLOTS * state * WIDTH
-        state2 = state1 + state * WIDTH
+    def climb(run, window, quantity, bit, coef, work):
+        """The exact maximum of one quantity."""
+        variable, sign = quantity // 2, -1.0 if quantity % 2 == 1 else 1.0
+        masks, top = work[mask_rows], work[top_rows][quantity * WIDTH : (quantity + 1) * WIDTH]
+        best, value, scale, ends = work[best_rows], work[value_rows], work[scale_rows], work[until_rows]
+        doubt = work[doubt_rows]
+        for lane in range(WIDTH):
+            best[lane] = top[lane]
+            scale[lane] = work[largest + lane] if quantity < 4 else top[lane]
+        count = np.int64(0)  # as a literal it would compile what it is handed to once more
+        for row in range(window.head, window.tail + 1):
+            if int(masks[row]) & bit:
+                estimate(window, row, variable, sign, ends, count, work)
+                count += 1
+        while count > 0 and choose(count, no(), work) > 0:
+            follow(run, window, variable, sign, ends, coef, work)
+            for lane in range(WIDTH):
+                best[lane] = max(best[lane], value[lane])
+                work[unsure + lane] = max(work[unsure + lane], doubt[lane] if quantity < 4 else 0.0)
+        for lane in range(WIDTH):
+            top[lane] = best[lane]
+
+    @routine
+    def scan(run, block, window, coef, work):
+        tops, big, sums, masks, ends = (
+            work[top_rows],
+            work[largest : largest + WIDTH],
+            work[integrals],
+            work[mask_rows],
+            work[until_rows],
+        )
+        if window.head == 0:
+            take(at(window.seen, 0), window.first + 0.0, ends, tops, big)
+        for row in range(window.head, window.tail + 1):
+            take(at(window.seen, row + 1), window.first + row + 1.0, ends, tops, big)
+            add(at(window.seen, row), window.first + row + 1.0, ends, sums)
+        for lane in range(WIDTH):
+            # 1 in the lanes whose motion has ended within a step: what is seen there counts too.
+            work[ended + lane] = 1.0 if work[part_h][lane] > 0.0 else 0.0
+        take(work[end_rows], 0.5, work[ended : ended + WIDTH], tops, big)
         news = 0
-        for lane in range(WIDTH):
-            # A maximum at the very start of a step belongs to the step before, one far beyond the end to the next: else the two
-            # places would go to one and the same maximum.
-            usable = moving[lane] > 0.0 and flags[quantity * WIDTH + lane] > 0.0
-            usable = usable and (position[lane] > 0.0 or number == 0.0) and (position[lane] < 1.3 or last)
-            position[lane] = min(position[lane], 1.0)
-            best[lane] = best[lane] if usable else -np.inf
-            news += best[lane] > slots[second + lane]
-        if news == 0:
-            return
-        for lane in range(WIDTH):
-            value = best[lane]
-            lead = value > slots[first + lane]
-            follow = value > slots[second + lane]
-            slots[second + lane] = slots[first + lane] if lead else (value if follow else slots[second + lane])
-            slots[first + lane] = value if lead else slots[first + lane]
-            slots[second + WIDTH + lane] = (
-                slots[first + WIDTH + lane] if lead else (position[lane] if follow else slots[second + WIDTH + lane])
-            )
-            slots[first + WIDTH + lane] = position[lane] if lead else slots[first + WIDTH + lane]
-            slots[second + 2 * WIDTH + lane] = (
-                slots[first + 2 * WIDTH + lane] if lead else (number if follow else slots[second + 2 * WIDTH + lane])
-            )
-            slots[first + 2 * WIDTH + lane] = number if lead else slots[first + 2 * WIDTH + lane]
-            slots[second + 3 * WIDTH + lane] = (
-                slots[first + 3 * WIDTH + lane] if lead else (h[lane] if follow else slots[second + 3 * WIDTH + lane])
-            )
-            slots[first + 3 * WIDTH + lane] = h[lane] if lead else slots[first + 3 * WIDTH + lane]
-            position[lane] = 2.0 if lead else (1.0 if follow else 0.0)
-        for c in range(state):
-            for lane in range(WIDTH):
-                a, b, new = state1 + c * WIDTH + lane, state2 + c * WIDTH + lane, y[c * WIDTH + lane]
-                states[b] = states[a] if position[lane] == 2.0 else (new if position[lane] == 1.0 else states[b])
-                states[a] = new if position[lane] == 2.0 else states[a]
-
-    return keep
-
-
-def _refine(system: System, slot_rows: slice, state_rows: slice, probe_rows: slice):
-    """Replace the kept estimates of extrema by the motion's own; the better one comes first.
-
-    The runner-up counts only where its estimate could not be told from the best one's. What is left to do is gathered from all
-    quantities and lanes into full groups of lanes: the coefficients and the state at the start of the candidate's step, a step
-    up to the candidate, and a short one around it whose samples give the vertex.
-    """
-    equations, layout, step_once = system.equations, system.layout, system.stepper.step
-    state, coefficients, sample_rows = equations.STATE, equations.COEFFICIENTS, system.stepper.samples
-    until_forces, until_motion = system.until_forces, system.until_motion
-    start_rows, at_rows, end_rows = layout.block(state), layout.block(state), layout.block(state)
-    coef_rows, first_rows = layout.block(coefficients), layout.block(1)
-    vertex = peaks_of(system.stepper.tableau).vertex
-
-    @inlined
-    def gather(slots, tasks):
-        """Candidates worth refining, (quantity, slot, lane) as one number; the others' value becomes -inf."""
-        count = 0
+        for row in range(window.head, window.tail + 1):
+            here, after = at(window.seen, row), at(window.seen, row + 1)
+            mask = mask_of(here, after, window.first + row + 0.0, ends, tops)
+            masks[row] = mask
+            news |= mask
         for quantity in range(QUANTITIES):
-            best = quantity * _QUANTITY
-            opposite = (quantity ^ 1 if quantity < 4 else 4) * _QUANTITY
-            for slot in range(SLOTS):
-                where = best + slot * _SLOT
-                for lane in range(WIDTH):
-                    margin = ESTIMATE_ERROR * (abs(slots[best + lane]) + abs(slots[opposite + lane]))
-                    if slots[where + lane] > -np.inf and (
-                        slot == 0 or slots[where + lane] > slots[best + lane] - margin
-                    ):
-                        tasks[count] = (quantity * SLOTS + slot) * WIDTH + lane
-                        count += 1
-                    else:
-                        slots[where + lane] = -np.inf
-        return count
+            if (news >> quantity) & 1:
+                climb(run, window, quantity, 1 << quantity, coef, work)
 
     @routine
-    def refine(step_length, coef, work):
-        slots, states, samples, probe = work[slot_rows], work[state_rows], work[sample_rows], work[probe_rows]
-        start, at, end = work[start_rows], work[at_rows], work[end_rows]
-        group_coef, first = work[coef_rows], work[first_rows]
-        tasks = np.empty(QUANTITIES * SLOTS * WIDTH, np.int64)
-        count = gather(slots, tasks)
-        for task in tasks[:count]:
-            where = task // WIDTH * _SLOT + task % WIDTH
-            place = slots[where + WIDTH] * slots[where + 3 * WIDTH]
-            # From here on the place of the short step's start, s, stands for the position.
-            slots[where + WIDTH] = max(place - 0.5 * probe[0], 0.0)
-        for attempt in range(REFINEMENTS):
-            left = 0
-            for group in range(0, count, WIDTH):
-                for lane in range(WIDTH):
-                    task = tasks[min(group + lane, count - 1)]
-                    slot, source = task // WIDTH, task % WIDTH
-                    first[lane] = slots[slot * _SLOT + WIDTH + source]
-                    for c in range(coefficients):
-                        group_coef[c * WIDTH + lane] = coef[c * WIDTH + source]
-                    for c in range(state):
-                        start[c * WIDTH + lane] = states[(slot * state + c) * WIDTH + source]
-                step_once(start, at, group_coef, first, work, no())
-                step_once(at, end, group_coef, probe, work, yes())
-                for lane in range(min(WIDTH, count - group)):
-                    task = tasks[group + lane]
-                    quantity = task // WIDTH // SLOTS
-                    where = task // WIDTH * _SLOT + task % WIDTH
-                    number, length = slots[where + 2 * WIDTH], slots[where + 3 * WIDTH]
-                    # An estimate may lie beyond its step's ends; only the ends of the statistics bind.
-                    after = 0.5 * step_length if length == step_length else 0.0
-                    before = 0.5 * step_length if number > 0.0 else 0.0
-                    until = until_forces if quantity < 4 else until_motion
-                    ends = work[until + task % WIDTH] - number * step_length
-                    last = max(min(length + after, ends), length)
-                    back, forth = (-before - first[lane]) / probe[lane], (last - first[lane]) / probe[lane]
-                    value, move = vertex(samples, quantity, lane, back, forth)
-                    found = first[lane] + move * probe[lane]
-                    done = move <= back or move >= forth or -0.1 <= move <= 1.1 or attempt == REFINEMENTS - 1
-                    slots[where] = value
-                    slots[where + WIDTH] = found / step_length if done else max(found - 0.5 * probe[lane], -before)
-                    if not done:
-                        tasks[left] = task
-                        left += 1
-            count = left
-            if count == 0:
-                break
-        for quantity in range(QUANTITIES):
-            best = quantity * _QUANTITY
-            second = best + _SLOT
-            for lane in range(WIDTH):
-                if slots[second + lane] > slots[best + lane]:
-                    for row in range(3):
-                        slots[best + row * WIDTH + lane] = slots[second + row * WIDTH + lane]
-
-    return refine
-
-
-def _settle(system: System):
-    """Statistics of a block's lanes into the results, and losses of contact that only the refined extrema show."""
-    until_forces = system.until_forces
-
-    @inlined
-    def late_loss(run, i, slots, lane):
-        """The samples did not show it: contact is lost in the step that this place lies in."""
-        for quantity in (1, 3):
-            first = quantity * _QUANTITY
-            if slots[first + lane] > 0.0:
-                place = slots[first + 2 * WIDTH + lane] + slots[first + WIDTH + lane]
-                number = min(max(math.floor(place), 0.0), run.steps - 1.0)
-                earlier = run.out[STATUS, i] == OK or number < run.out[RERUN_FORCE, i]
-                if run.ignore_step[i] >= run.steps:
-                    run.out[STATUS, i] = CONTACT_LOST
-                    run.out[END_TIME, i], run.out[LOSS_TIME, i] = place * run.step_length, place * run.step_length
-                elif earlier:
-                    run.out[STATUS, i], run.out[RERUN_FORCE, i], run.out[RERUN_AT, i] = RERUN, number, place - number
-
-    @inlined
-    def settle(run, block, slots, integrals, work):
+    def finish(run, block, y, coef, work):
+        tops, sums, part, length, ends = (
+            work[top_rows],
+            work[integrals],
+            work[part_rows],
+            work[part_h],
+            work[until_rows],
+        )
+        for lane in range(WIDTH):
+            for row in range(4):
+                sums[row * WIDTH + lane] += part[(SUM_D + row) * WIDTH + lane] if length[lane] > 0.0 else 0.0
         for lane in range(min(WIDTH, run.raw.shape[1] - block)):
-            i = block + lane
-            span = work[until_forces + lane]
-            if run.out[STATUS, i] == OK:
-                late_loss(run, i, slots, lane)
-            for end_plane in range(2):
-                first = 2 * end_plane * _QUANTITY
-                second = first + _QUANTITY
-                run.out[D_MAX + 4 * end_plane, i] = slots[first + lane]
-                run.out[D_MIN + 4 * end_plane, i] = -slots[second + lane]
-                if run.out[STATUS, i] == CONTACT_LOST and run.on_loss != CONTINUE and span > 0.0:
-                    # Until contact is lost no force is negative: what is left below zero is the root's rounding.
-                    run.out[D_MIN + 4 * end_plane, i] = max(-slots[second + lane], 0.0)
-                if span > 0.0:
-                    run.out[D_MEAN + 4 * end_plane, i] = integrals[2 * end_plane * WIDTH + lane] / span
-                    run.out[D_RMS + 4 * end_plane, i] = math.sqrt(integrals[(2 * end_plane + 1) * WIDTH + lane] / span)
-                else:
-                    # Contact is lost at the start: the statistics are those of that instant.
-                    run.out[D_MEAN + 4 * end_plane, i] = slots[first + lane]
-                    run.out[D_RMS + 4 * end_plane, i] = abs(slots[first + lane])
-            tilt = slots[4 * _QUANTITY + lane]
-            run.out[TILT_MAX, i] = math.atan(math.sqrt(max(tilt, 0.0)) / run.raw[P.HALF_LENGTH, i])
+            i, span = block + lane, ends[lane] * run.step_length
+            for side in range(2):
+                highest, lowest = tops[2 * side * WIDTH + lane], -tops[(2 * side + 1) * WIDTH + lane]
+                if run.on_loss != CONTINUE and run.out[LOSS_TIME, i] > 0.0 and abs(lowest) <= 1e-12 * highest:
+                    lowest = 0.0
+                mean, square = sums[2 * side * WIDTH + lane] / span, sums[(2 * side + 1) * WIDTH + lane] / span
+                if not span > 0.0:
+                    mean, square = highest, highest * highest
+                run.out[D_MAX + 4 * side, i], run.out[D_MIN + 4 * side, i] = highest, lowest
+                run.out[D_MEAN + 4 * side, i], run.out[D_RMS + 4 * side, i] = mean, math.sqrt(max(square, 0.0))
+            run.out[TILT_MAX, i] = math.atan(math.sqrt(tops[4 * WIDTH + lane]) / work[length_row + lane])
 
-    return settle
+    return Watcher(begin=begin, scan=scan, finish=finish)

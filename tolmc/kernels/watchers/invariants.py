@@ -7,32 +7,46 @@ import math
 from tolmc.kernels.jit import piece, routine
 from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.results import CONSTRAINT_ERROR, MOMENTUM_ERROR
+from tolmc.kernels.seen import ERROR, at
 from tolmc.kernels.system import System
-from tolmc.kernels.watchers import Watcher
+from tolmc.kernels.watchers import Watcher, no_look, no_scan
 
 
-def constraints(system: System) -> Watcher:
+def constraints(system: System, windows: bool) -> Watcher:
     """Watcher of the largest constraint error left after a projection."""
-    largest, error_rows, open_motion = system.layout.row(), system.stepper.error, system.open_motion
+    largest, until, part_h = system.layout.row(), system.until, system.part_h
+    part_seen = system.part_seen
 
     @routine
-    def begin(run, block, step, y, end, coef, work):
+    def begin(run, block, y, coef, work):
         for lane in range(WIDTH):
             work[largest + lane] = 0.0
 
     @piece
-    def look(run, block, step, y, end, coef, work):
-        error = work[error_rows]
+    def look(run, step, end, coef, seen, work):
         for lane in range(WIDTH):
-            counts = work[open_motion + lane] > 0.0 and error[lane] > work[largest + lane]
-            work[largest + lane] = error[lane] if counts else work[largest + lane]
+            error = seen[ERROR * WIDTH + lane]
+            work[largest + lane] = error if error > work[largest + lane] else work[largest + lane]
 
     @routine
-    def finish(run, block, step, y, end, coef, work):
-        for lane in range(min(WIDTH, run.raw.shape[1] - block)):
-            run.out[CONSTRAINT_ERROR, block + lane] = work[largest + lane]
+    def scan(run, block, window, coef, work):
+        for row in range(window.head, window.tail + 1):
+            seen, reached = at(window.seen, row), window.first + row + 1.0
+            for lane in range(WIDTH):
+                error = seen[ERROR * WIDTH + lane]
+                counts = reached <= work[until + lane] and error > work[largest + lane]
+                work[largest + lane] = error if counts else work[largest + lane]
 
-    return Watcher(begin, look, finish)
+    @routine
+    def finish(run, block, y, coef, work):
+        part, length = work[part_seen], work[part_h]
+        for lane in range(min(WIDTH, run.raw.shape[1] - block)):
+            error = work[largest + lane]
+            if windows and length[lane] > 0.0:
+                error = max(error, part[ERROR * WIDTH + lane])
+            run.out[CONSTRAINT_ERROR, block + lane] = error
+
+    return Watcher(begin, no_look if windows else look, scan if windows else no_scan, finish)
 
 
 def angular_momentum(system: System) -> Watcher:
@@ -43,12 +57,12 @@ def angular_momentum(system: System) -> Watcher:
     momentum, at_start, fastest = system.equations.momentum, system.layout.row(), system.energy_scale
 
     @routine
-    def begin(run, block, step, y, end, coef, work):
+    def begin(run, block, y, coef, work):
         for lane in range(WIDTH):
             work[at_start + lane], _, _ = momentum(y, coef, lane, WIDTH)
 
     @routine
-    def finish(run, block, step, y, end, coef, work):
+    def finish(run, block, y, coef, work):
         for lane in range(min(WIDTH, run.raw.shape[1] - block)):
             about_z, turn, constant = momentum(y, coef, lane, WIDTH)
             change = abs(about_z - work[at_start + lane])

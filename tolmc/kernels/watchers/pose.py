@@ -17,12 +17,12 @@ def watch(system: System) -> Watcher:
     observe, pose_rows, length_row = system.observe, system.layout.block(5), system.layout.row()
 
     @routine
-    def begin(run, block, step, y, end, coef, work):
+    def begin(run, block, y, coef, work):
         for lane in range(WIDTH):
             work[length_row + lane] = run.raw[P.HALF_LENGTH, min(block + lane, run.raw.shape[1] - 1)]
 
     @routine
-    def finish(run, block, step, y, end, coef, work):
+    def finish(run, block, y, coef, work):
         pose = work[pose_rows]
         for lane in range(WIDTH):
             x, z, u, v, _, _, _, _, _, _, w2 = observe(y, coef, lane)

@@ -1,0 +1,48 @@
+"""What is seen of a lane at the end of a step, and of the step from there: rows of an array (row, lane).
+
+A block keeps the last steps' ends, states and what was seen at them, in a :class:`Window`: the watchers look at whole windows,
+so that what happens between two ends is covered by exact values on both sides.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tolmc.kernels.jit import inlined
+from tolmc.kernels.lanes import WIDTH
+
+# N_D, N_E, |w|^2, their rates of change (of one whole step), kinetic energy, energy; of the step from there the integrals of
+# N_D, N_D^2, N_E, N_E^2 and of the torque's power, both forces as the last stage has them, and the constraint error left.
+N_D, N_E, W2, RATE_D, RATE_E, RATE_W2, KINETIC, ENERGY, SUM_D, SUM_D2, SUM_E, SUM_E2, WORK, LATE_D, LATE_E, ERROR = (
+    range(16)
+)
+SEEN = 16
+
+#: Rows of the polynomials between two ends: two ends on either side.
+SUPPORT = 4
+#: Steps from one look at a window to the next; states and what is seen of as many stay in the second-level cache.
+STEPS = 64
+#: Ends in a window: those of the steps, and those that the next look still needs.
+ROWS = STEPS + SUPPORT + 1
+
+
+class Window(NamedTuple):
+    """Ends of steps ``first``, ``first`` + 1, ... of a block: ``states`` (row, state, lane), ``seen`` (row, SEEN, lane), flat.
+
+    The watchers look at the intervals from row ``head`` to row ``tail`` + 1; ``last`` is the last row with what is seen.
+    """
+
+    states: np.ndarray
+    seen: np.ndarray
+    first: int
+    head: int
+    tail: int
+    last: int
+
+
+@inlined
+def at(seen, row):
+    """What is seen at one row: (SEEN, lane), flat."""
+    return seen[row * SEEN * WIDTH : (row + 1) * SEEN * WIDTH]

@@ -1,0 +1,329 @@
+"""What a quantity does between two ends of steps: polynomials through values and rates at four ends, made exact by real steps.
+
+The quantities are N_D, N_E and |w|^2. Through their values and rates of change at the two ends of an interval and the two ends
+beside goes a polynomial of degree 7 (Hermite); at a tenth of a period a step it errs by 1e-9 of the amplitude, at a third by
+3e-4. Its maximum is followed by a real step of the method to that place, where value and rate are the motion's own; the
+place moves until what is left of the maximum is known (Newton's rule, then the secant's).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tolmc.kernels.jit import device, routine
+from tolmc.kernels.lanes import WIDTH
+from tolmc.kernels.seen import N_D, RATE_D, ROWS, SEEN, SUPPORT, at
+from tolmc.kernels.system import System
+
+_DEGREES = 2 * SUPPORT
+_STARTS = 5  # places of an interval at which the search for its polynomial's maximum begins
+_NEWTON = 5
+_ATTEMPTS = 8
+#: What may be left of a maximum, as a share of the quantity's size, when it is added by the parabola there.
+_LEFT = 1e-8
+#: How far the polynomial may be from the motion's own value for its curvature to be trusted, as a share of the same.
+_TRUSTED = 1e-3
+#: By how many times its difference from the cubic, at its maximum or in the middle, the polynomial of degree 7 may err.
+_MARGIN = 3.0
+
+
+@device
+def highest(n0, n1, m0, m1):
+    """What a maximum between two ends may be at most, from the values and rates at both (-inf: there is none).
+
+    A parabola adds at most half a rate; three quarters are allowed for. Between two ends that both rise, or both fall, is one
+    only where the values change far less than the rates say, or the other way.
+    """
+    both = m0 + m1
+    slow = 4.0 * (n1 - n0) * both < both * both
+    turns_over, rises, falls = (m0 > 0.0) & (m1 < 0.0), m0 > 0.0, m1 < 0.0
+    top = n0 + 0.75 * m0 if rises & (turns_over | slow) else -np.inf
+    return max(top, n1 - 0.75 * m1) if falls & (turns_over | slow) else top
+
+
+@device
+def turns(n0, n1, m0, m1):
+    """Whether there may be a maximum or a minimum between two ends at all."""
+    both = m0 + m1
+    return (m0 * m1 < 0.0) | (4.0 * (n1 - n0) * both < both * both)
+
+
+def _fits() -> np.ndarray:
+    """Coefficients in (x - 1/2), lowest first, from four values and four rates; by the place of the interval among the four."""
+    fits = np.empty((SUPPORT - 1, _DEGREES, _DEGREES))
+    for offset in range(SUPPORT - 1):
+        nodes = np.arange(SUPPORT) - offset - 0.5
+        powers = np.arange(_DEGREES)
+        values = nodes[:, None] ** powers
+        rates = powers * nodes[:, None] ** np.maximum(powers - 1, 0)
+        fits[offset] = np.linalg.inv(np.concatenate((values, rates)))
+    return fits
+
+
+@dataclass(frozen=True)
+class Between:
+    """Functions for one system.
+
+    ``estimate(window, interval, variable, sign, until, k, work)``: the largest value of sign times the variable within an
+    interval, of every lane, as candidate k. ``choose(count, first, work)``: of every lane the best candidate above ``best`` or,
+    with ``first``, the earliest; returns how many lanes have one. ``follow(run, window, variable, sign, coef, work)``: its
+    exact value into ``value`` and its place, in rows of the window, into ``place``.
+    """
+
+    estimate: Callable
+    choose: Callable
+    follow: Callable
+    #: Rows: intervals of the candidates; the largest value known of every lane, and the size of the quantity; what was found
+    #: (no candidate: -inf), where, and how much of it is not known.
+    intervals: slice
+    best: slice
+    scale: slice
+    value: slice
+    place: slice
+    doubt: slice
+    #: Row: the most that was left of any force.
+    unsure: int
+
+
+def between(system: System) -> Between:
+    """The functions for one system; they stand in its kernel once."""
+    layout, state = system.layout, system.equations.STATE
+    step, see = system.stepper.step, system.stepper.see
+    fits, full = _fits(), system.h
+    terms, limit_row, top_row, x_row = layout.block(_DEGREES), layout.row(), layout.row(), layout.row()
+    candidates, intervals = layout.block(4 * ROWS), layout.block(-(-ROWS // WIDTH))
+    best, scale, value, place, doubt = (layout.block(1) for _ in range(5))
+    at_row, curve_row, guess_row, low_row, high_row, before_row, rate_row, busy_row = (layout.row() for _ in range(8))
+    start_rows, trial_rows, h_rows = layout.block(state), layout.block(state), layout.block(1)
+    step_seen, trial_seen = layout.block(SEEN), layout.block(SEEN)
+
+    @routine
+    def fit(window, interval, variable, sign, work):
+        """Terms of the polynomials of all lanes; those of the two ends alone where the others are not finite."""
+        base = min(max(interval - 1, 0), window.last - SUPPORT + 1)
+        offset = interval - base
+        rows = (at(window.seen, base), at(window.seen, base + 1), at(window.seen, base + 2), at(window.seen, base + 3))
+        term = work[terms]
+        for m in range(_DEGREES * WIDTH):
+            term[m] = 0.0
+        for node in range(SUPPORT):
+            row = rows[0] if node == 0 else (rows[1] if node == 1 else (rows[2] if node == 2 else rows[3]))
+            values, rates = (
+                row[variable * WIDTH : (variable + 1) * WIDTH],
+                row[(variable + 3) * WIDTH : (variable + 4) * WIDTH],
+            )
+            for power in range(_DEGREES):
+                by_value, by_rate = sign * fits[offset, power, node], sign * fits[offset, power, node + SUPPORT]
+                here = term[power * WIDTH : (power + 1) * WIDTH]
+                for lane in range(WIDTH):
+                    here[lane] += by_value * values[lane] + by_rate * rates[lane]
+
+    @routine
+    def ends_only(from_, to, sign, variable, work):
+        """Cubics in place of polynomials that are not finite; returns nothing."""
+        term, first, second = work[terms], variable * WIDTH, (variable + 3) * WIDTH
+        for lane in range(WIDTH):
+            total = 0.0
+            for power in range(_DEGREES):
+                total += abs(term[power * WIDTH + lane])
+            finite = total < np.inf
+            n0, n1 = sign * from_[first + lane], sign * to[first + lane]
+            m0, m1 = sign * from_[second + lane], sign * to[second + lane]
+            # In x - 1/2.
+            c0, c1 = 0.5 * (n0 + n1) + 0.125 * (m0 - m1), 1.5 * (n1 - n0) - 0.25 * (m0 + m1)
+            c2, c3 = 0.5 * (m1 - m0), m0 + m1 - 2.0 * (n1 - n0)
+            term[lane] = term[lane] if finite else c0
+            term[WIDTH + lane] = term[WIDTH + lane] if finite else c1
+            term[2 * WIDTH + lane] = term[2 * WIDTH + lane] if finite else c2
+            term[3 * WIDTH + lane] = term[3 * WIDTH + lane] if finite else c3
+            for power in range(4, _DEGREES):
+                term[power * WIDTH + lane] = term[power * WIDTH + lane] if finite else 0.0
+
+    @routine
+    def begin_search(term, limit, x, top):
+        for lane in range(WIDTH):
+            x[lane], top[lane] = 0.0, -np.inf
+        for number in range(_STARTS):
+            for lane in range(WIDTH):
+                here = limit[lane] * number / (_STARTS - 1)
+                u = here - 0.5
+                p = term[7 * WIDTH + lane]
+                p = term[6 * WIDTH + lane] + u * p
+                p = term[5 * WIDTH + lane] + u * p
+                p = term[4 * WIDTH + lane] + u * p
+                p = term[3 * WIDTH + lane] + u * p
+                p = term[2 * WIDTH + lane] + u * p
+                p = term[WIDTH + lane] + u * p
+                p = term[lane] + u * p
+                x[lane], top[lane] = (here, p) if p > top[lane] else (x[lane], top[lane])
+
+    @routine
+    def climb(term, limit, x, curve):
+        """Newton's rule for the slope, uphill; the curvature at the place."""
+        for number in range(_NEWTON + 1):
+            for lane in range(WIDTH):
+                u = x[lane] - 0.5
+                a7, a6, a5, a4 = (
+                    term[7 * WIDTH + lane], term[6 * WIDTH + lane], term[5 * WIDTH + lane], term[4 * WIDTH + lane]
+                )  # fmt: skip
+                a3, a2, a1 = term[3 * WIDTH + lane], term[2 * WIDTH + lane], term[WIDTH + lane]
+                slope = a1 + u * (
+                    2.0 * a2 + u * (3.0 * a3 + u * (4.0 * a4 + u * (5.0 * a5 + u * (6.0 * a6 + u * (7.0 * a7)))))
+                )
+                bend = 2.0 * a2 + u * (6.0 * a3 + u * (12.0 * a4 + u * (20.0 * a5 + u * (30.0 * a6 + u * (42.0 * a7)))))
+                move = -slope / bend if bend < 0.0 else (1.0 if slope > 0.0 else -1.0)
+                moved = min(max(x[lane] + min(max(move, -0.25), 0.25), 0.0), limit[lane])
+                x[lane] = moved if number < _NEWTON else x[lane]
+                curve[lane] = bend
+
+    @routine
+    def rate(term, from_, to, variable, sign, limit, x, top, curve, known, candidate):
+        """The candidate: what the maximum may be (-inf: it is at an end), its place and its curvature.
+
+        Whether a lane has one it says itself: what becomes of it must not depend on its neighbours.
+        """
+        first, second = variable * WIDTH, (variable + 3) * WIDTH
+        for lane in range(WIDTH):
+            t, u = x[lane], x[lane] - 0.5
+            p = term[7 * WIDTH + lane]
+            p = term[6 * WIDTH + lane] + u * p
+            p = term[5 * WIDTH + lane] + u * p
+            p = term[4 * WIDTH + lane] + u * p
+            p = term[3 * WIDTH + lane] + u * p
+            p = term[2 * WIDTH + lane] + u * p
+            p = term[WIDTH + lane] + u * p
+            p = term[lane] + u * p
+            n0, n1 = sign * from_[first + lane], sign * to[first + lane]
+            m0, m1 = sign * from_[second + lane], sign * to[second + lane]
+            rise = n1 - n0
+            # The rates promise a maximum, whether or not the polynomial has one.
+            inside = (t > 1e-9) & (t < limit[lane] - 1e-9)
+            t = t if inside else 0.5 * limit[lane]
+            bend = curve[lane] if inside else m1 - m0
+            cubic = n0 + t * (m0 + t * (3.0 * rise - 2.0 * m0 - m1 + t * (m0 + m1 - 2.0 * rise)))
+            # A force peaks as the inverse of a distance: its inverse is the smoother one where a peak is narrow.
+            r0, r1 = 1.0 / n0, 1.0 / n1
+            s0, s1 = -m0 * r0 * r0, -m1 * r1 * r1
+            fall = r1 - r0
+            inverse = r0 + t * (s0 + t * (3.0 * fall - 2.0 * s0 - s1 + t * (s0 + s1 - 2.0 * fall)))
+            narrow = 1.0 / inverse if inverse > 0.0 else np.inf
+            narrow = narrow if (n0 > 0.0) & (n1 > 0.0) else cubic
+            unlike = max(abs(p - cubic), abs(term[lane] - 0.5 * (n0 + n1) - 0.125 * (m0 - m1)))
+            may_be = max(max(p, top[lane]), max(cubic, narrow)) + _MARGIN * unlike
+            promises = (highest(n0, n1, m0, m1) > known[lane]) & (limit[lane] > 0.0)
+            candidate[lane] = may_be if promises else -np.inf
+            candidate[WIDTH + lane] = t
+            candidate[2 * WIDTH + lane] = bend
+            candidate[3 * WIDTH + lane] = p if inside else np.inf
+
+    @routine
+    def estimate(window, interval, variable, sign, until, k, work):
+        term, limit, x, top = (
+            work[terms],
+            work[limit_row : limit_row + WIDTH],
+            work[x_row : x_row + WIDTH],
+            work[top_row : top_row + WIDTH],
+        )
+        curve, candidate = work[curve_row : curve_row + WIDTH], work[candidates][4 * k * WIDTH : 4 * (k + 1) * WIDTH]
+        work[intervals][k] = interval
+        from_, to = at(window.seen, interval), at(window.seen, interval + 1)
+        fit(window, interval, variable, sign, work)
+        ends_only(from_, to, sign, variable, work)
+        for lane in range(WIDTH):
+            limit[lane] = min(max(until[lane] - (window.first + interval), 0.0), 1.0)
+        begin_search(term, limit, x, top)
+        climb(term, limit, x, curve)
+        rate(term, from_, to, variable, sign, limit, x, top, curve, work[best], candidate)
+
+    @routine
+    def choose(count, first, work):
+        """The candidate of every lane that is looked at next, taken off the list."""
+        candidate, interval, known, found = work[candidates], work[intervals], work[best], 0
+        for lane in range(WIDTH):
+            number, most = -1, known[lane]
+            for k in range(count):
+                if candidate[4 * k * WIDTH + lane] > most:
+                    number, most = k, candidate[4 * k * WIDTH + lane]
+                    if first:
+                        break
+            if number >= 0:
+                candidate[4 * number * WIDTH + lane] = -np.inf
+                work[at_row + lane] = interval[number]
+                work[x_row + lane] = candidate[(4 * number + 1) * WIDTH + lane]
+                work[curve_row + lane] = candidate[(4 * number + 2) * WIDTH + lane]
+                work[guess_row + lane] = candidate[(4 * number + 3) * WIDTH + lane]
+                found += 1
+            else:
+                work[at_row + lane], work[x_row + lane], work[curve_row + lane] = 0.0, 0.0, -1.0
+                work[guess_row + lane] = 0.0
+            work[busy_row + lane] = 1.0 if number >= 0 else 0.0
+        return found
+
+    @routine
+    def go(run_step, window, work):
+        """State at the row before every lane's place, and the way from there."""
+        start, h = work[start_rows], work[h_rows]
+        for lane in range(WIDTH):
+            row = int(work[at_row + lane])
+            h[lane] = work[x_row + lane] * run_step
+            for c in range(state):
+                start[c * WIDTH + lane] = window.states[(row * state + c) * WIDTH + lane]
+
+    @routine
+    def learn(attempt, variable, sign, until, first, work):
+        """The value at the place and what the parabola there adds; the next place. Returns how many lanes are not done.
+
+        Newton's rule with the polynomial's curvature, then with the secant's, within a bracket on whose sides the rates differ.
+        """
+        seen, size, known, open_ = work[trial_seen], work[scale], work[best], 0
+        found, where, left = work[value], work[place], work[doubt]
+        for lane in range(WIDTH):
+            x, bend = work[x_row + lane], work[curve_row + lane]
+            n, m = sign * seen[variable * WIDTH + lane], sign * seen[(variable + 3) * WIDTH + lane]
+            before, was = work[before_row + lane], work[rate_row + lane]
+            low = 0.0 if attempt == 0 else work[low_row + lane]
+            high = min(1.0, until[lane] - first - work[at_row + lane]) if attempt == 0 else work[high_row + lane]
+            low, high = x if m > 0.0 else low, high if m > 0.0 else x
+            secant = (m - was) / (x - before)
+            bend = secant if (attempt > 0) & (secant < 0.0) else bend
+            moved = x - m / bend
+            moved = moved if (moved > low) & (moved < high) & (bend < 0.0) else 0.5 * (low + high)
+            gain = 0.5 * m * (moved - x)
+            is_known = (attempt > 0) | (abs(n - work[guess_row + lane]) <= _TRUSTED * size[lane])
+            busy = work[busy_row + lane] > 0.0
+            done = (gain <= _LEFT * size[lane]) & is_known
+            better = busy & (n > found[lane])
+            where[lane] = work[at_row + lane] + x if better else where[lane]
+            found[lane] = n if better else found[lane]
+            found[lane] = n + gain if busy & done & (n + gain > found[lane]) else found[lane]
+            # Where the maximum turns out to be at the interval's end its value is known.
+            left[lane] = (gain if n + gain > known[lane] else 0.0) if busy else left[lane]
+            going = busy & ~done
+            work[before_row + lane], work[rate_row + lane], work[curve_row + lane] = x, m, bend
+            work[low_row + lane], work[high_row + lane] = low, high
+            work[x_row + lane] = moved if going else x
+            work[busy_row + lane] = 1.0 if going else 0.0
+            open_ += going
+        return open_
+
+    @routine
+    def follow(run, window, variable, sign, until, coef, work):
+        found, where, left = work[value], work[place], work[doubt]
+        for lane in range(WIDTH):
+            found[lane], where[lane], left[lane] = -np.inf, np.inf, 0.0
+        for attempt in range(_ATTEMPTS):
+            go(run.step_length, window, work)
+            step(work[start_rows], work[trial_rows], coef, work[h_rows], work[step_seen], work)
+            see(work[trial_rows], coef, work[full], work[trial_seen], work)
+            if learn(attempt, variable, sign, until, window.first, work) == 0:
+                break
+
+    return Between(estimate, choose, follow, intervals, best, scale, value, place, doubt, layout.row())
+
+
+#: Of N_D, N_E and |w|^2 the row of the values; three rows later stand the rates.
+FORCES = (N_D, N_D + 1)
+assert RATE_D == N_D + 3

@@ -1,0 +1,127 @@
+"""Error of the roughest step of a motion, by two steps of half its length: contact forces at its end, and their integrals.
+
+The steps of a motion differ in how rough they are by orders of magnitude, and errors go with their eighth power: the roughest
+tells whether the motion is resolved. Energy often does not. Rough is a step whose last stage, of low order, sees other forces
+than its end.
+"""
+
+from __future__ import annotations
+
+from tolmc.kernels.jit import routine
+from tolmc.kernels.lanes import WIDTH
+from tolmc.kernels.results import CONTINUE, D_MAX, D_MIN, D_RMS, E_MAX, E_MIN, LOSS_TIME, STEP_ERROR
+from tolmc.kernels.seen import LATE_D, LATE_E, N_D, N_E, SEEN, SUM_D, at
+from tolmc.kernels.system import System
+from tolmc.kernels.watchers import Watcher
+from tolmc.kernels.watchers.between import Between
+
+
+def watch(system: System, between: Between) -> Watcher:
+    """Watcher of the roughest step's error, or of what is left of an extremum, relative to the largest contact force."""
+    layout, state, until = system.layout, system.equations.STATE, system.until
+    step, see, full, unsure = system.stepper.step, system.stepper.see, system.h, between.unsure
+    roughest, row_of, length_rows = layout.row(), layout.row(), layout.block(1)
+    start_rows, middle_rows = layout.block(state), layout.block(state)
+    force_rows, sum_rows, seen_rows, other_rows = (
+        layout.block(2),
+        layout.block(4),
+        layout.block(SEEN),
+        layout.block(SEEN),
+    )
+    end_seen, part_start, part_seen, part_h = system.end_seen, system.part_start, system.part_seen, system.part_h
+
+    @routine
+    def begin(run, block, y, coef, work):
+        for lane in range(WIDTH):
+            work[roughest + lane], work[unsure + lane] = -1.0, 0.0
+
+    @routine
+    def rough(seen, after, number, reached, rows, work):
+        for lane in range(WIDTH):
+            miss = abs(seen[LATE_D * WIDTH + lane] - after[N_D * WIDTH + lane])
+            miss += abs(seen[LATE_E * WIDTH + lane] - after[N_E * WIDTH + lane])
+            more = miss > work[roughest + lane] and reached <= work[until + lane]
+            work[roughest + lane] = miss if more else work[roughest + lane]
+            rows[lane] = number if more else rows[lane]
+
+    @routine
+    def scan(run, block, window, coef, work):
+        rows, start, forces, sums, length = (
+            work[row_of : row_of + WIDTH],
+            work[start_rows],
+            work[force_rows],
+            work[sum_rows],
+            work[length_rows],
+        )
+        for lane in range(WIDTH):
+            rows[lane] = -1.0
+        for row in range(window.head, window.tail + 1):
+            rough(at(window.seen, row), at(window.seen, row + 1), row + 0.0, window.first + row + 1.0, rows, work)
+        for lane in range(WIDTH):
+            row = int(rows[lane])
+            if row >= 0:
+                length[lane] = run.step_length
+                for c in range(state):
+                    start[c * WIDTH + lane] = window.states[(row * state + c) * WIDTH + lane]
+                for side in range(2):
+                    forces[side * WIDTH + lane] = window.seen[((row + 1) * SEEN + N_D + side) * WIDTH + lane]
+                for c in range(4):
+                    sums[c * WIDTH + lane] = window.seen[(row * SEEN + SUM_D + c) * WIDTH + lane]
+
+    @routine
+    def last_parts(work):
+        """Where a lane's motion ends within a step that is rougher than the others, that one is looked at."""
+        start, forces, sums, length = work[start_rows], work[force_rows], work[sum_rows], work[length_rows]
+        end, part, first, part_length = work[end_seen], work[part_seen], work[part_start], work[part_h]
+        for lane in range(WIDTH):
+            miss = abs(part[LATE_D * WIDTH + lane] - end[N_D * WIDTH + lane])
+            miss += abs(part[LATE_E * WIDTH + lane] - end[N_E * WIDTH + lane])
+            if part_length[lane] > 0.0 and miss >= work[roughest + lane]:
+                work[roughest + lane], length[lane] = miss, part_length[lane]
+                for c in range(state):
+                    start[c * WIDTH + lane] = first[c * WIDTH + lane]
+                for side in range(2):
+                    forces[side * WIDTH + lane] = end[(N_D + side) * WIDTH + lane]
+                for c in range(4):
+                    sums[c * WIDTH + lane] = part[(SUM_D + c) * WIDTH + lane]
+
+    @routine
+    def finish(run, block, y, coef, work):
+        last_parts(work)
+        start, middle, length, forces, sums = (
+            work[start_rows],
+            work[middle_rows],
+            work[length_rows],
+            work[force_rows],
+            work[sum_rows],
+        )
+        seen, other, end = work[seen_rows], work[other_rows], work[end_seen]
+        for lane in range(WIDTH):
+            length[lane] *= 0.5
+        step(start, middle, coef, length, seen, work)
+        step(middle, start, coef, length, other, work)
+        for m in range(SUM_D * WIDTH, (SUM_D + 4) * WIDTH):
+            seen[m] += other[m]
+        see(start, coef, work[full], other, work)
+        for lane in range(min(WIDTH, run.raw.shape[1] - block)):
+            i, error = block + lane, work[unsure + lane]
+            largest = max(
+                max(abs(run.out[D_MAX, i]), abs(run.out[D_MIN, i])), max(abs(run.out[E_MAX, i]), abs(run.out[E_MIN, i]))
+            )
+            if work[roughest + lane] >= 0.0:
+                span = work[until + lane] * run.step_length
+                for side in range(2):
+                    force = abs(other[(N_D + side) * WIDTH + lane] - forces[side * WIDTH + lane])
+                    by_mean = abs(seen[(SUM_D + 2 * side) * WIDTH + lane] - sums[2 * side * WIDTH + lane]) / span
+                    by_square = (
+                        abs(seen[(SUM_D + 2 * side + 1) * WIDTH + lane] - sums[(2 * side + 1) * WIDTH + lane]) / span
+                    )
+                    rms = 2.0 * run.out[D_RMS + 4 * side, i]
+                    worst = max(force, max(by_mean, by_square / rms if rms > 0.0 else 0.0))
+                    error = error if worst <= error else worst
+            if run.on_loss != CONTINUE and run.out[LOSS_TIME, i] > 0.0:
+                # Where contact is lost a force is zero; it is not where the step there blows up.
+                error = max(error, abs(min(end[N_D * WIDTH + lane], end[N_E * WIDTH + lane])))
+            run.out[STEP_ERROR, i] = error / largest if error != 0.0 else 0.0
+
+    return Watcher(begin=begin, scan=scan, finish=finish)
