@@ -1,5 +1,6 @@
 """Contact forces: extremes over continuous time, means as integrals, the loss of contact and what it does."""
 
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -7,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from places import HELPERS
+from places import DATA, HELPERS
 from scenes import (
     CYLINDER,
     DIMENSIONS,
@@ -28,6 +29,7 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.optimize import brentq, minimize_scalar
 from twins import slope_twin
 
+import tolmc
 from tolmc import Body, Loads, Motion, Scene, simulate, simulate_many
 from tolmc.quantities import ALWAYS, END_OUTPUTS
 from tolmc.simulation.pilot import plan_integration
@@ -454,3 +456,31 @@ def test_results_are_apart_from_the_callers_arrays():
     result = simulate_many(SYMMETRIC, bearing_radius=radii, journal_radius=0.01, half_length=0.02, step=1e-3)
     radii[:] = 0.0
     assert (result.bearing_radius == PAPER_JOINT.bearing_radius).all()
+
+
+# Given steps
+
+
+EXTREMA = json.loads((DATA / "extrema.json").read_text())
+
+
+@pytest.mark.parametrize("name", EXTREMA)
+@pytest.mark.parametrize("halving", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_statistics_at_given_steps_are_right_or_flagged(name, halving):
+    """Motions whose extrema lie between coarse steps, spike within one, or graze zero; an integration of DOP853's has them."""
+    case = EXTREMA[name]
+    joint = tolmc.Joint(*(case[dimension] for dimension in DIMENSIONS), section=case["section"])
+    loads = Loads(case["gravity"], case["force"], case["force_point"], case["torque"])
+    body = Body(case["mass"], case["center_of_mass"], case["inertia"])
+    scene = Scene(joint, body, loads, Motion(**case["motion"]), case["duration"])
+    found, expected = one(scene, step=scene.duration / case["steps"], halving=halving), case["expected"]
+    if found.status == "inaccurate":
+        assert name in ("energy_blind_733", "late_loss_937", "gap_accuracy_2008")
+        return
+    lost = expected["contact_loss_time"]
+    assert found.status == ("ok" if lost is None else "contact lost")
+    largest = max(expected["contact_force_D_max"], expected["contact_force_E_max"])
+    for force in FORCES:
+        assert found[force] == pytest.approx(expected[force], rel=0, abs=1e-4 * largest)
+    if lost is not None:
+        assert found.contact_loss_time == pytest.approx(lost, rel=1e-6)

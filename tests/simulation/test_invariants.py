@@ -82,7 +82,7 @@ def test_a_projection_on_the_energy_hides_no_error():
     """What the projection took out is what the energy would have been off by, and is judged like it."""
     body = Body.from_centroidal(0.5, (3e-4, -2e-4, 0.004), [[4e-4, 1e-5, 0], [1e-5, 4.2e-4, 0], [0, 0, 1.2e-4]])
     scene = Scene(PAPER_JOINT, body, Loads((0, -9.81, 0)), Motion(-1.92, -0.87, 2, -3, 0, 80.0), 20.0)
-    projected, plain = one(scene, step=0.04, project_energy=True), one(scene, step=0.04)
+    projected, plain = one(scene, step=0.03, project_energy=True), one(scene, step=0.03)
     assert projected.energy_error < 1e-13
     assert plain.energy_error / 3 < projected.energy_correction < 3 * plain.energy_error
     assert plain.status == projected.status == "inaccurate"
@@ -153,7 +153,7 @@ def test_a_pilot_has_a_bound(monkeypatch):
     assert "ended at its bound" in plan.unresolved_words()
     # A tenth of a long run is more.
     longer = plan_integration(scene, on_contact_loss="continue", samples=100_000)
-    assert not longer.bounded and longer.unresolved == 0 and longer.steps == plan.steps
+    assert not longer.bounded and longer.unresolved == 0 and 0.5 < plan.steps / longer.steps < 2.0
 
 
 def test_where_motions_become_chaotic_the_pilot_says_when_and_what_to_do():

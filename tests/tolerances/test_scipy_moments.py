@@ -23,7 +23,7 @@ def shapes_of(name: str) -> dict[str, float] | None:
     """Shape parameters that the distribution accepts; None where we know none."""
     distribution = getattr(stats, name)
     names = distribution.shapes.split(", ") if distribution.shapes else []
-    for start in (2.5, 0.4):
+    for start in (2.0,) if name == "erlang" else (2.5, 0.4):
         shapes = {shape: start + 0.7 * k for k, shape in enumerate(names)}
         if np.isfinite(distribution(**shapes).ppf([0.01, 0.5, 0.9])).all():
             return shapes

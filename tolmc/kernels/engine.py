@@ -21,12 +21,15 @@ from tolmc.kernels.watchers import Watcher, contact_loss, energy, extrema, invar
 from tolmc.kernels.watchers.between import between
 
 METHODS = {"rk8": tableaux.RK8, "rk4": tableaux.CLASSICAL}
+#: The formula that the published forms step by, in place of a method: for their pilot.
+PUBLISHED = "published rk8"
 
 
 @jit.once
 def stepper_of(formulation: str, method: str, load: bool, forces: bool) -> tuple[Stepper, Layout]:
     """A stepper and the layout of its rows: one for all kernels, which so share its compilation."""
-    equations, layout, tableau = FORMULATIONS[formulation], Layout(), METHODS[method]
+    equations, layout = FORMULATIONS[formulation], Layout()
+    tableau = tableaux.DORMAND_PRINCE if method == PUBLISHED else METHODS[method]
     # Fused, the long equations of a body of any shape would be compiled twelve times.
     build_stepper = stages.build if equations.TORQUE or method == "rk4" else fused.build
     return build_stepper(tableau, equations, _plain(load), forces, layout), layout
@@ -42,7 +45,7 @@ def build(formulation: str, method: str, *, load: bool, forces: bool, momentum: 
     Parameters
     ----------
     formulation : name in :data:`FORMULATIONS`
-    method : name in :data:`METHODS`
+    method : name in :data:`METHODS`, or :data:`PUBLISHED`
     load : whether there is any load
     forces : whether contact forces, largest tilt and loss of contact are wanted
     momentum : whether the angular momentum about Z is conserved

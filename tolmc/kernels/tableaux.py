@@ -20,7 +20,7 @@ class Tableau:
     ``samples`` are the rows at which a step is looked at for extrema, at ``positions`` in it: well apart, in order, the first
     at 0 and the last at 1. Rows up to ``stages - 1`` are the stages, whose values come for nothing; a method whose stages
     are too crude for that (an error of the size of the curvature that is sought) adds row ``stages``, the midpoint by the
-    continuous extension ``midpoint``, and row ``stages + 1``, the end. A method of the motion alone has none.
+    continuous extension ``midpoint``, and row ``stages + 1``, the end. A method that is looked at between its steps has none.
     """
 
     name: str

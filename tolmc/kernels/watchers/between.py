@@ -1,8 +1,8 @@
 """What a quantity does between two ends of steps: polynomials through values and rates at four ends, made exact by real steps.
 
 The quantities are N_D, N_E and |w|^2. Through their values and rates of change at the two ends of an interval and the two ends
-beside goes a polynomial of degree 7 (Hermite); at a tenth of a period a step it errs by 1e-9 of the amplitude, at a third by
-3e-4. Its maximum is followed by a real step of the method to that place, where value and rate are the motion's own; the
+beside goes a polynomial of degree 7 (Hermite); with ten steps a period it errs by 2e-7 of the amplitude, with three by
+3e-3. Its maximum is followed by a real step of the method to that place, where value and rate are the motion's own; the
 place moves until what is left of the maximum is known (Newton's rule, then the secant's).
 """
 
@@ -69,8 +69,8 @@ class Between:
 
     ``estimate(window, interval, variable, sign, until, k, work)``: the largest value of sign times the variable within an
     interval, of every lane, as candidate k. ``choose(count, first, work)``: of every lane the best candidate above ``best`` or,
-    with ``first``, the earliest; returns how many lanes have one. ``follow(run, window, variable, sign, coef, work)``: its
-    exact value into ``value`` and its place, in rows of the window, into ``place``.
+    with ``first``, the earliest; returns how many lanes have one. ``follow(run, window, variable, sign, until, coef, work)``:
+    its exact value into ``value`` and its place, in rows of the window, into ``place``.
     """
 
     estimate: Callable
@@ -102,7 +102,7 @@ def between(system: System) -> Between:
 
     @routine
     def fit(window, interval, variable, sign, work):
-        """Terms of the polynomials of all lanes; those of the two ends alone where the others are not finite."""
+        """Terms of the polynomials of all lanes."""
         base = min(max(interval - 1, 0), window.last - SUPPORT + 1)
         offset = interval - base
         rows = (at(window.seen, base), at(window.seen, base + 1), at(window.seen, base + 2), at(window.seen, base + 3))
@@ -123,7 +123,7 @@ def between(system: System) -> Between:
 
     @routine
     def ends_only(from_, to, sign, variable, work):
-        """Cubics in place of polynomials that are not finite; returns nothing."""
+        """Cubics in place of polynomials that are not finite."""
         term, first, second = work[terms], variable * WIDTH, (variable + 3) * WIDTH
         for lane in range(WIDTH):
             total = 0.0
@@ -205,11 +205,12 @@ def between(system: System) -> Between:
             bend = curve[lane] if inside else m1 - m0
             cubic = n0 + t * (m0 + t * (3.0 * rise - 2.0 * m0 - m1 + t * (m0 + m1 - 2.0 * rise)))
             # A force peaks as the inverse of a distance: its inverse is the smoother one where a peak is narrow.
-            r0, r1 = 1.0 / n0, 1.0 / n1
+            r0, r1 = 1.0 / (n0 if n0 > 0.0 else 1.0), 1.0 / (n1 if n1 > 0.0 else 1.0)
             s0, s1 = -m0 * r0 * r0, -m1 * r1 * r1
             fall = r1 - r0
             inverse = r0 + t * (s0 + t * (3.0 * fall - 2.0 * s0 - s1 + t * (s0 + s1 - 2.0 * fall)))
-            narrow = 1.0 / inverse if inverse > 0.0 else np.inf
+            narrow = 1.0 / (inverse if inverse > 0.0 else 1.0)
+            narrow = narrow if inverse > 0.0 else np.inf
             narrow = narrow if (n0 > 0.0) & (n1 > 0.0) else cubic
             unlike = max(abs(p - cubic), abs(term[lane] - 0.5 * (n0 + n1) - 0.125 * (m0 - m1)))
             may_be = max(max(p, top[lane]), max(cubic, narrow)) + _MARGIN * unlike
@@ -287,9 +288,10 @@ def between(system: System) -> Between:
             low = 0.0 if attempt == 0 else work[low_row + lane]
             high = min(1.0, until[lane] - first - work[at_row + lane]) if attempt == 0 else work[high_row + lane]
             low, high = x if m > 0.0 else low, high if m > 0.0 else x
-            secant = (m - was) / (x - before)
-            bend = secant if (attempt > 0) & (secant < 0.0) else bend
-            moved = x - m / bend
+            apart = x - before
+            secant = (m - was) / (apart if apart != 0.0 else 1.0)
+            bend = secant if (attempt > 0) & (apart != 0.0) & (secant < 0.0) else bend
+            moved = x - m / (bend if bend < 0.0 else -1.0)
             moved = moved if (moved > low) & (moved < high) & (bend < 0.0) else 0.5 * (low + high)
             gain = 0.5 * m * (moved - x)
             is_known = (attempt > 0) | (abs(n - work[guess_row + lane]) <= _TRUSTED * size[lane])

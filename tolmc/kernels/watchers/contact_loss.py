@@ -27,12 +27,23 @@ def watch(system: System, between: Between) -> Watcher:
     time, place, sooner_rows = layout.row(), layout.row(), layout.block(1)
     survey, locate = _survey(time, place), _locate(system, place, time)
     estimate, choose, follow = between.estimate, between.choose, between.follow
-    best_rows, value_rows, place_rows = between.best, between.value, between.place
+    best_rows, value_rows, place_rows, scale_rows = between.best, between.value, between.place, between.scale
 
     @routine
     def begin(run, block, y, coef, work):
         for lane in range(WIDTH):
             work[time + lane] = np.inf
+
+    @routine
+    def set_size(window, first, work):
+        """The size of the force, by which its minima are found exactly: the largest value at an end."""
+        size = work[scale_rows]
+        size[:] = 0.0
+        for row in range(window.head, window.tail + 2):
+            seen = at(window.seen, row)
+            for lane in range(WIDTH):
+                value = abs(seen[first + lane])
+                size[lane] = value if (value > size[lane]) & (value < np.inf) else size[lane]
 
     @routine
     def near_zero(here, after, variable):
@@ -70,6 +81,8 @@ def watch(system: System, between: Between) -> Watcher:
             if below > 0:
                 estimate(window, row, variable, -1.0, sooner, count, work)
                 count += 1
+        if count > 0:
+            set_size(window, first, work)
         while count > 0 and choose(count, yes(), work) > 0:
             follow(run, window, variable, -1.0, sooner, coef, work)
             for lane in range(WIDTH):
@@ -156,7 +169,7 @@ def _locate(system: System, place: int, time: int):
             work[high + lane] = x if force < 0.0 else work[high + lane]
             work[low + lane] = work[low + lane] if force < 0.0 else x
             span = work[high + lane] - work[low + lane]
-            moved = x - force / rate
+            moved = x - force / (rate if rate != 0.0 else 1.0)
             moved = (
                 moved if work[low + lane] < moved < work[high + lane] else 0.5 * (work[low + lane] + work[high + lane])
             )

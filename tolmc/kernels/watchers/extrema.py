@@ -178,9 +178,9 @@ def watch(system: System, between: Between) -> Watcher:
                 highest, lowest = tops[2 * side * WIDTH + lane], -tops[(2 * side + 1) * WIDTH + lane]
                 if run.on_loss != CONTINUE and run.out[LOSS_TIME, i] > 0.0 and abs(lowest) <= 1e-12 * highest:
                     lowest = 0.0
-                mean, square = sums[2 * side * WIDTH + lane] / span, sums[(2 * side + 1) * WIDTH + lane] / span
-                if not span > 0.0:
-                    mean, square = highest, highest * highest
+                mean, square = highest, highest * highest
+                if span > 0.0:
+                    mean, square = sums[2 * side * WIDTH + lane] / span, sums[(2 * side + 1) * WIDTH + lane] / span
                 run.out[D_MAX + 4 * side, i], run.out[D_MIN + 4 * side, i] = highest, lowest
                 run.out[D_MEAN + 4 * side, i], run.out[D_RMS + 4 * side, i] = mean, math.sqrt(max(square, 0.0))
             run.out[TILT_MAX, i] = math.atan(math.sqrt(tops[4 * WIDTH + lane]) / work[length_row + lane])
