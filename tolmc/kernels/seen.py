@@ -15,6 +15,7 @@ from tolmc.kernels.lanes import WIDTH
 
 # N_D, N_E, |w|^2, their rates of change (of one whole step), kinetic energy, energy; of the step from there the integrals of
 # N_D, N_D^2, N_E, N_E^2 and of the torque's power, both forces as the last stage has them, and the constraint error left.
+# A rate stands three rows after its value.
 N_D, N_E, W2, RATE_D, RATE_E, RATE_W2, KINETIC, ENERGY, SUM_D, SUM_D2, SUM_E, SUM_E2, WORK, LATE_D, LATE_E, ERROR = (
     range(16)
 )

@@ -15,7 +15,7 @@ import pandas as pd
 from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.outcomes import CONTACT_LOSS, Specification
 from tolmc.statistics.rows import Rows
-from tolmc.statistics.section_effect import MOST, events, paired_differences, percent, side
+from tolmc.statistics.section_effect import MOST, events, paired_differences, percent, share_difference, turns
 from tolmc.statistics.summary import as_columns, summarise_requirements
 
 #: A wall that swallows every blow, and one that gives half its speed back.
@@ -105,9 +105,9 @@ def law_of_requirements(
             bounds[e] = _bounds(shares.loc[name], difference, own[name], laws[e][name])
         counted, is_event = shares.loc[name], name == CONTACT_LOSS
         of_target = not is_event and (
-            _turns(counted, bounds.values(), target) or _leaves_open(counted, failures, target)
+            any(turns(counted, of_law, target) for of_law in bounds.values()) or _leaves_open(counted, failures, target)
         )
-        matters = of_target or (not is_event and _turns(counted, bounds.values(), MOST))
+        matters = of_target or (not is_event and any(turns(counted, of_law, MOST) for of_law in bounds.values()))
         laws_say = (f"{e:g}: {percent(found[e].loc[name])}" for e in found)
         says = f"{_ENDS[on_contact_loss]} {percent(shares.loc[name])}, restitution {', '.join(laws_say)}"
         row |= {"contact_law": f"{_MATTERS} ({says})" if matters else "", "contact_law_turns_target": of_target}
@@ -122,8 +122,7 @@ def _difference(rows: Rows, own: _Event, law: _Event) -> Estimate:
     """Share out in the run less that by the law, over samples that both know."""
     (out, known), (out_law, known_law) = own, law
     both = known & known_law
-    only, other = rows.share(out & ~out_law & both), rows.share(out_law & ~out & both)
-    return Estimate(only.value - other.value, only.low - other.high, only.high - other.low)
+    return share_difference(rows, out & both, out_law & both)
 
 
 def _bounds(counted: pd.Series, difference: Estimate, own: _Event, law: _Event) -> tuple[float, float]:
@@ -134,13 +133,6 @@ def _bounds(counted: pd.Series, difference: Estimate, own: _Event, law: _Event) 
     if np.array_equal(out[both], out_law[both]):
         return low, high
     return max(low - difference.high, 0.0), min(high - difference.low, 1.0)
-
-
-def _turns(counted: pd.Series, bounds: Iterable[tuple[float, float]], required: float) -> bool:
-    """Whether the run decides about a yield, and a law does not decide the same."""
-    allowed = 1.0 - required
-    verdict = side(counted["share_least_low"], counted["share_most_high"], allowed)
-    return verdict != 0 and any(side(*of_law, allowed) != verdict for of_law in bounds)
 
 
 def _leaves_open(counted: pd.Series, failures: int, required: float) -> bool:

@@ -130,21 +130,26 @@ def section_of_requirements(
     for name in shares.index:
         (out, known), (out_exact, known_exact) = states["circle"][name], states["exact"][name]
         agree = bool(np.array_equal(known, known_exact))
-        only, other = rows.share(out & ~out_exact), rows.share(out_exact & ~out)
-        difference = Estimate(only.value - other.value, only.low - other.high, only.high - other.low)
+        difference = share_difference(rows, out, out_exact)
         bounds = found.loc[name, "share_least_low"], found.loc[name, "share_most_high"]
         if agree and name in shifted:
             bounds = shifted[name]
         differs = not agree or not np.array_equal(out, out_exact) or name in shifted
-        turns = differs and _turns(shares.loc[name], bounds, target)
-        matters = turns or (differs and _turns(shares.loc[name], bounds, MOST))
+        of_target = differs and turns(shares.loc[name], bounds, target)
+        matters = of_target or (differs and turns(shares.loc[name], bounds, MOST))
         table[str(name)] = {
             **{f"exact_{key[6:]}": found.loc[name, key] for key in found if key.startswith("share_")},
             **as_columns("section_difference", difference),
             "section": _sentence(shares.loc[name], found.loc[name]) if matters else "",
-            "section_turns_target": turns,
+            "section_turns_target": of_target,
         }
     return pd.DataFrame.from_dict(table, orient="index").rename_axis("requirement")
+
+
+def share_difference(rows: Rows, first: np.ndarray, second: np.ndarray) -> Estimate:
+    """Share of the rows in ``first`` less that in ``second``, (rows,) bool each, from those in one of them alone."""
+    only, other = rows.share(first & ~second), rows.share(second & ~first)
+    return Estimate(only.value - other.value, only.low - other.high, only.high - other.low)
 
 
 def events(
@@ -191,8 +196,8 @@ def _shifted_shares(
     return {str(name): (fewest[name], largest[name]) for name in fewest.index if name != CONTACT_LOSS}
 
 
-def _turns(counted: pd.Series, bounds: tuple[float, float], required: float) -> bool:
-    """Whether the circle decides about a yield and the bounds of the exact share do not decide the same."""
+def turns(counted: pd.Series, bounds: tuple[float, float], required: float) -> bool:
+    """Whether the run decides about a yield and the bounds of the share out by another model do not decide the same."""
     allowed = 1.0 - required
     verdict = side(counted["share_least_low"], counted["share_most_high"], allowed)
     return verdict != 0 and side(*bounds, allowed) != verdict

@@ -11,6 +11,8 @@ from tolmc.tables.table import Cell, Column, Share, Table, cells
 from tolmc.text.phrases import TONES, judged, unit
 from tolmc.text.typeset import span
 
+# A verdict of the circle says so: where the section turns the requirements, it turns these too.
+_ON = {"circle": " on the circle of constant radius", "exact": ""}
 _WORDS = {"moved": "move the zone", "narrower": "narrow the zone"}
 
 
@@ -45,6 +47,7 @@ def next_changes_table(study: Study, found: pd.DataFrame, target: float) -> Tabl
         tuple(rows),
         title="What to change next",
         caption=f"The least single change of each dimension with which {100 * target:.6g} % of the parts keep every limit, "
-        "found by a polynomial and judged by 10,000 true motions. Moves, which cost no accuracy, come first.",
+        f"found by a polynomial and judged by 10,000 true motions{_ON[study.scene.joint.section]}. "
+        "Moves, which cost no accuracy, come first.",
         frame=found,
     )

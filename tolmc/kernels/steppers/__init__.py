@@ -13,8 +13,22 @@ from types import ModuleType
 
 from tolmc.kernels.jit import inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout
-from tolmc.kernels.seen import ENERGY, KINETIC, LATE_D, LATE_E, N_D, N_E, RATE_D, RATE_E, RATE_W2, SUM_D, W2, WORK
-from tolmc.kernels.tableaux import Tableau
+from tolmc.kernels.seen import (
+    ENERGY,
+    ERROR,
+    KINETIC,
+    LATE_D,
+    LATE_E,
+    N_D,
+    N_E,
+    RATE_D,
+    RATE_E,
+    RATE_W2,
+    SUM_D,
+    W2,
+    WORK,
+)
+from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 #: Share of a step over which rates are taken: their error is 1e-6 of a quantity's change, of rounding 1e-10 of it.
 NUDGE = 2.0**-20
@@ -70,6 +84,21 @@ def looker(equations: ModuleType, load: bool) -> Callable:
             seen[RATE_W2 * WIDTH + lane] = (w2 - seen[W2 * WIDTH + lane]) / NUDGE
 
     return look
+
+
+def closing(tableau: Tableau, equations: ModuleType) -> Callable:
+    """Function ``close(y, end, coef, k, seen)``: the step's end from all stages, projected, and the constraint error left."""
+    state, project, step_end = equations.STATE, equations.project, weighted_sum(tableau.weights)
+    size = state * WIDTH
+
+    @inlined
+    def close(y, end, coef, k, seen):
+        for lane in range(WIDTH):
+            for c in range(state):
+                end[c * WIDTH + lane] = step_end(y, k, size, c * WIDTH + lane)
+            seen[ERROR * WIDTH + lane] = project(end, coef, lane, WIDTH)
+
+    return close
 
 
 def integrals(tableau: Tableau, forces: bool, torque: bool, first: int) -> Callable:

@@ -10,15 +10,13 @@ from types import ModuleType
 
 from tolmc.kernels.jit import inlined, piece, routine
 from tolmc.kernels.lanes import WIDTH, Layout
-from tolmc.kernels.seen import ERROR
-from tolmc.kernels.steppers import Rows, Stepper, integrals, looker
+from tolmc.kernels.steppers import Rows, Stepper, closing, integrals, looker
 from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 
 def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, layout: Layout) -> Stepper:
     """Stepper by ``tableau`` for equations without a torque."""
-    state, project = equations.STATE, equations.project
-    size, step_end, rows = state * WIDTH, weighted_sum(tableau.weights), Rows.of(state, tableau, layout)
+    rows, close = Rows.of(equations.STATE, tableau, layout), closing(tableau, equations)
     argument_rows, k_rows = rows.argument, rows.k
     look, integrate = looker(equations, load), integrals(tableau, forces, torque=False, first=rows.forces)
     stages = _in_order([_stage(tableau, equations, load, forces, number, rows.forces)
@@ -27,10 +25,7 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     @routine
     def through_stages(y, end, coef, h, k, argument, seen):
         stages(y, k, argument, coef, h)
-        for lane in range(WIDTH):
-            for c in range(state):
-                end[c * WIDTH + lane] = step_end(y, k, size, c * WIDTH + lane)
-            seen[ERROR * WIDTH + lane] = project(end, coef, lane, WIDTH)
+        close(y, end, coef, k, seen)
 
     @routine
     def finish(h, k, seen):

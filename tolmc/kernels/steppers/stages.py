@@ -6,16 +6,16 @@ from types import ModuleType
 
 from tolmc.kernels.jit import inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout
-from tolmc.kernels.seen import ERROR, WORK
-from tolmc.kernels.steppers import Rows, Stepper, integrals, looker
+from tolmc.kernels.seen import WORK
+from tolmc.kernels.steppers import Rows, Stepper, closing, integrals, looker
 from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 
 def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, layout: Layout) -> Stepper:
     """Stepper by ``tableau`` for any equations."""
     state, stages = equations.STATE, tableau.stages
-    advance, project, torque = equations.advance, equations.project, equations.TORQUE
-    size, step_end, rows = state * WIDTH, weighted_sum(tableau.weights), Rows.of(state, tableau, layout)
+    advance, torque, close = equations.advance, equations.TORQUE, closing(tableau, equations)
+    size, rows = state * WIDTH, Rows.of(state, tableau, layout)
     argument_rows, k_rows, forces_row, start = rows.argument, rows.k, rows.forces, 1 if forces else 0
     stage_argument = _arguments(tableau, size)
     look, integrate = looker(equations, load), integrals(tableau, forces, torque, rows.forces)
@@ -32,10 +32,7 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
 
     @routine
     def finish(y, end, coef, k, seen):
-        for lane in range(WIDTH):
-            for c in range(state):
-                end[c * WIDTH + lane] = step_end(y, k, size, c * WIDTH + lane)
-            seen[ERROR * WIDTH + lane] = project(end, coef, lane, WIDTH)
+        close(y, end, coef, k, seen)
 
     @routine
     def sum_up(h, k, seen):

@@ -15,7 +15,7 @@ import numpy as np
 
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
-from tolmc.kernels.seen import N_D, RATE_D, ROWS, SEEN, SUPPORT, at
+from tolmc.kernels.seen import ROWS, SEEN, SUPPORT, at
 from tolmc.kernels.system import System
 
 _DEGREES = 2 * SUPPORT
@@ -49,6 +49,19 @@ def turns(n0, n1, m0, m1):
     """Whether there may be a maximum or a minimum between two ends at all."""
     both = m0 + m1
     return (m0 * m1 < 0.0) | (4.0 * (n1 - n0) * both < both * both)
+
+
+@device
+def value_at(term, u, lane):
+    """A lane's polynomial of degree 7 at ``u`` from the interval's middle, ``term`` (power, lane) flat."""
+    value = term[7 * WIDTH + lane]
+    value = term[6 * WIDTH + lane] + u * value
+    value = term[5 * WIDTH + lane] + u * value
+    value = term[4 * WIDTH + lane] + u * value
+    value = term[3 * WIDTH + lane] + u * value
+    value = term[2 * WIDTH + lane] + u * value
+    value = term[WIDTH + lane] + u * value
+    return term[lane] + u * value
 
 
 def _fits() -> np.ndarray:
@@ -105,12 +118,11 @@ def between(system: System) -> Between:
         """Terms of the polynomials of all lanes."""
         base = min(max(interval - 1, 0), window.last - SUPPORT + 1)
         offset = interval - base
-        rows = (at(window.seen, base), at(window.seen, base + 1), at(window.seen, base + 2), at(window.seen, base + 3))
         term = work[terms]
         for m in range(_DEGREES * WIDTH):
             term[m] = 0.0
         for node in range(SUPPORT):
-            row = rows[0] if node == 0 else (rows[1] if node == 1 else (rows[2] if node == 2 else rows[3]))
+            row = at(window.seen, base + node)
             values, rates = (
                 row[variable * WIDTH : (variable + 1) * WIDTH],
                 row[(variable + 3) * WIDTH : (variable + 4) * WIDTH],
@@ -150,14 +162,7 @@ def between(system: System) -> Between:
             for lane in range(WIDTH):
                 here = limit[lane] * number / (_STARTS - 1)
                 u = here - 0.5
-                p = term[7 * WIDTH + lane]
-                p = term[6 * WIDTH + lane] + u * p
-                p = term[5 * WIDTH + lane] + u * p
-                p = term[4 * WIDTH + lane] + u * p
-                p = term[3 * WIDTH + lane] + u * p
-                p = term[2 * WIDTH + lane] + u * p
-                p = term[WIDTH + lane] + u * p
-                p = term[lane] + u * p
+                p = value_at(term, u, lane)
                 x[lane], top[lane] = (here, p) if p > top[lane] else (x[lane], top[lane])
 
     @routine
@@ -188,14 +193,7 @@ def between(system: System) -> Between:
         first, second = variable * WIDTH, (variable + 3) * WIDTH
         for lane in range(WIDTH):
             t, u = x[lane], x[lane] - 0.5
-            p = term[7 * WIDTH + lane]
-            p = term[6 * WIDTH + lane] + u * p
-            p = term[5 * WIDTH + lane] + u * p
-            p = term[4 * WIDTH + lane] + u * p
-            p = term[3 * WIDTH + lane] + u * p
-            p = term[2 * WIDTH + lane] + u * p
-            p = term[WIDTH + lane] + u * p
-            p = term[lane] + u * p
+            p = value_at(term, u, lane)
             n0, n1 = sign * from_[first + lane], sign * to[first + lane]
             m0, m1 = sign * from_[second + lane], sign * to[second + lane]
             rise = n1 - n0
@@ -324,8 +322,3 @@ def between(system: System) -> Between:
                 break
 
     return Between(estimate, choose, follow, intervals, best, scale, value, place, doubt, layout.row())
-
-
-#: Of N_D, N_E and |w|^2 the row of the values; three rows later stand the rates.
-FORCES = (N_D, N_D + 1)
-assert RATE_D == N_D + 3

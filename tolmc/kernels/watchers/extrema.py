@@ -176,6 +176,7 @@ def watch(system: System, between: Between) -> Watcher:
             i, span = block + lane, ends[lane] * run.step_length
             for side in range(2):
                 highest, lowest = tops[2 * side * WIDTH + lane], -tops[(2 * side + 1) * WIDTH + lane]
+                # Where contact is lost the smallest force is the root itself, found to rounding.
                 if run.on_loss != CONTINUE and run.out[LOSS_TIME, i] > 0.0 and abs(lowest) <= 1e-12 * highest:
                     lowest = 0.0
                 mean, square = highest, highest * highest
