@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tolmc.kernels.interpolation import through
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
@@ -37,7 +38,7 @@ class Stepper(NamedTuple):
 
 #: Places in a step at which a force is known: the formula's own samples, the last one at the end itself.
 POSITIONS_8, POSITIONS_4 = np.array(DORMAND_PRINCE.positions), np.array(CLASSICAL.positions)
-FIT_8, FIT_4 = (np.linalg.inv(np.vander(at_, increasing=True)) for at_ in (POSITIONS_8, POSITIONS_4))
+FIT_8, FIT_4 = through(POSITIONS_8), through(POSITIONS_4)
 
 
 def build(equations: Equations, rk4: bool) -> Stepper:

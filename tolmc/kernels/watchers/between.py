@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tolmc.kernels.interpolation import through
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.seen import ROWS, SEEN, SUPPORT, at
@@ -66,14 +67,7 @@ def value_at(term, u, lane):
 
 def _fits() -> np.ndarray:
     """Coefficients in (x - 1/2), lowest first, from four values and four rates; by the place of the interval among the four."""
-    fits = np.empty((SUPPORT - 1, _DEGREES, _DEGREES))
-    for offset in range(SUPPORT - 1):
-        nodes = np.arange(SUPPORT) - offset - 0.5
-        powers = np.arange(_DEGREES)
-        values = nodes[:, None] ** powers
-        rates = powers * nodes[:, None] ** np.maximum(powers - 1, 0)
-        fits[offset] = np.linalg.inv(np.concatenate((values, rates)))
-    return fits
+    return np.array([through(np.arange(SUPPORT) - offset - 0.5, rates=True) for offset in range(SUPPORT - 1)])
 
 
 @dataclass(frozen=True)
