@@ -4,16 +4,21 @@ import itertools
 import json
 import math
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from from_python import called
 from places import DATA
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 from twins import section_twin as twin
 
-from tolmc.kernels.formulations import exact_section as section
+from tolmc.kernels.formulations import exact_section
 from tolmc.mechanism import geometry
+
+_PIECES = ("shape", "symmetric", "general", "project", "gap", "start")
+section = SimpleNamespace(**{name: called(getattr(exact_section, name)) for name in _PIECES})
 
 REFERENCE = json.loads((DATA / "exact_section.json").read_text())
 

@@ -1,6 +1,7 @@
 """The compiled code itself: packed instructions, a cache that is never stale, and the Runge-Kutta formulas."""
 
 import math
+import os
 import platform
 import re
 import shutil
@@ -15,9 +16,10 @@ import numba as nb
 import numpy as np
 import pytest
 from scipy.integrate._ivp import dop853_coefficients as dop853
+from small_study import write
 
 import tolmc.kernels
-from tolmc.kernels import engine, jit, tableaux
+from tolmc.kernels import engine, jit, linking, tableaux
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE, RK8, TABLEAUX
 
@@ -127,14 +129,71 @@ def test_an_edit_of_a_helper_reaches_its_callers(tmp_path):
             f"from toy.jit import device\n\n\n@device\ndef helper(x):\n    return {factor} * x\n"
         )
         program = "from toy.entry import entry; print(entry(1.0), sum(entry.stats.cache_hits.values()))"
-        answer = subprocess.run(
-            [sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, text=True
-        )
-        return answer.stdout.split()
+        # -B: two edits within a second look alike to Python's own cache.
+        command = [sys.executable, "-B", "-c", program]
+        return subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout.split()
 
     assert result(2.0) == ["2.0", "0"]
     assert result(2.0) == ["2.0", "1"]
     assert result(3.0) == ["3.0", "0"]
+
+
+@compiled_only
+def test_a_kernel_shows_its_entry_alone():
+    """Two kernels that were loaded would otherwise share the pieces of the one that was loaded first."""
+
+    @jit.device
+    def square(x):
+        return x * x
+
+    @jit.routine
+    def add_squares(x, y):
+        for m in range(len(x)):
+            y[m] += square(x[m])
+
+    def entry(x, y):
+        add_squares(x, y)
+        add_squares(y, y)
+
+    compiled = nb.njit(pipeline_class=linking.KernelCompiler, **jit._OPTIONS)(entry)
+    x, y = np.array([1.0, 2.0]), np.array([1.0, 1.0])
+    compiled(x, y)
+    assert y.tolist() == [6.0, 30.0]
+    (code,) = compiled.inspect_asm().values()
+    assert re.search(r"^_ZN\S*add_squares\S*:", code, re.MULTILINE)
+    shown = re.findall(r"^\s+\.(?:globl|weak)\s+(\S+)", code, re.MULTILINE)
+    assert shown
+    assert not [name for name in shown if "entry" not in name]
+
+
+_NUMBERS = """
+import hashlib, sys
+import tolmc
+from tolmc.kernels import engine
+from tolmc.tolerances.draw import sample
+study = tolmc.load_study(sys.argv[1])
+samples = sample(study.tolerances, 3000, sampling="sobol", seed=7)
+found = tolmc.simulate_many(study.scene, **samples, step=study.scene.duration / 6).drop(columns="status")
+print(hashlib.sha256(found.to_numpy().tobytes()).hexdigest())
+kernel = engine.build("slope_symmetric", "rk8", load=True, forces=True, momentum=False)
+print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))
+"""
+
+
+@compiled_only
+@pytest.mark.slow
+def test_a_kernel_found_on_disk_gives_the_numbers_of_the_one_that_was_compiled(tmp_path):
+    """To the last bit: a run that is resumed, or whose blocks other processes compute, is the run that it would have been."""
+    study = write(tmp_path)
+    environment = {**os.environ, "TOLMC_CACHE_DIR": str(tmp_path / "cache")}
+    command = [sys.executable, "-c", _NUMBERS, str(study)]
+    compiled, found = (
+        subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout.split()
+        for _ in "ab"
+    )
+    assert compiled[1:] == ["0", "1"]
+    assert found[1:] == ["1", "0"]
+    assert compiled[0] == found[0]
 
 
 def test_numbas_own_setting_is_left_alone():
@@ -242,14 +301,3 @@ def test_sums_are_rows_of_the_tableau():
     for terms, row in zip([*RK8.rows, RK8.weights], [*RK8.matrix, RK8.b], strict=True):
         at = tableaux.weighted_sum(terms)
         assert at(y, k.ravel(), size, m) == pytest.approx(y[m] + row @ k[:, m], rel=1e-13, abs=1e-13)
-
-
-@compiled_only
-@pytest.mark.parametrize("decorator", ["device", "piece", "routine"])
-def test_two_processes_never_give_a_piece_the_same_name(decorator):
-    """Their names and a number that begins anew in every process are all that tells loaded pieces apart."""
-    command = f"from tolmc.kernels import jit; print(jit.{decorator}(lambda x: x).py_func.__qualname__)"
-    names = {
-        subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=True).stdout for _ in "ab"
-    }
-    assert len(names) == 2

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import secrets
 import stat
 import tempfile
 import threading
@@ -15,6 +14,8 @@ from pathlib import Path
 from types import FunctionType
 
 import numba as nb
+
+from tolmc.kernels.linking import KernelCompiler, PieceCompiler
 
 # Never nnan or ninf: a diverged lane must stay recognisable as NaN.
 _OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
@@ -84,44 +85,31 @@ def _takes_files(folder: Path) -> bool:
 _CACHE = cache_directory()
 
 
-# Numba numbers what it compiles from 0 in every process, and a name and number are all that tells two pieces of loaded code
-# apart: of two kernels compiled by two processes, one would run on pieces of the other.
-_PROCESS = secrets.token_hex(8)
-
-
-def _named(**options) -> Callable:
-    """Decorator of functions that are compiled into a kernel, under names that no other process gives."""
-
-    def decorate(function):
-        function.__qualname__ = f"{function.__qualname__}_{_PROCESS}"
-        return nb.njit(**options, **_OPTIONS)(function)
-
-    return decorate
+def _piece(**options) -> Callable:
+    """Decorator of functions that compiled code alone calls."""
+    return nb.njit(pipeline_class=PieceCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options, **_OPTIONS)
 
 
 #: A scalar function that is inlined into the lane loops that call it.
-device = _named(forceinline=True)
+device = _piece(forceinline=True)
 
-#: The same for functions that compiled code alone calls: what Python would need to call them is not compiled.
-piece = _named(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+#: A function of its own within a kernel: compiled once however often it is called.
+#: Said, not left to the default: Numba hands the option of a function down to those that it compiles on the way.
+routine = _piece(forceinline=False)
 
 #: A scalar function or loop that its callers take over before they are compiled: not compiled itself, which many small ones
 #: would be for nothing.
 inlined = nb.njit(inline="always", **_OPTIONS)
 
-#: A function of its own within a kernel: compiled once however often it is called; compiled code alone calls it.
-#: Said, not left to the default: Numba hands the option of a function down to those that it compiles on the way.
-routine = _named(forceinline=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-
 
 def kernel(function):
     """An entry point: compiled once, cached on disk where there is a place, runs without the interpreter lock."""
     if _CACHE is None:
-        return nb.njit(**_OPTIONS)(function)
+        return nb.njit(pipeline_class=KernelCompiler, **_OPTIONS)(function)
     # The directory is read when the function is decorated; restoring it leaves the user's own Numba functions alone.
     previous, nb.config.CACHE_DIR = nb.config.CACHE_DIR, str(_CACHE)
     try:
-        return nb.njit(cache=True, **_OPTIONS)(function)
+        return nb.njit(cache=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
     finally:
         nb.config.CACHE_DIR = previous
 

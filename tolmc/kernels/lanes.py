@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolmc.kernels.jit import device, once, piece
+from tolmc.kernels.jit import device, once
 
 #: Lanes of a block. Measured on 512-bit vectors: 16 to 64 are alike, fewer leave the latencies of the square root and the
 #: divisions uncovered, more leave the first-level cache.
@@ -85,7 +85,7 @@ def observer(equations: ModuleType, load: bool) -> Callable:
     """
     of_equations = equations.observe
 
-    @piece
+    @device
     def observe(y, coef, lane):
         return of_equations(y, coef, lane, WIDTH, load)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from types import ModuleType
 
-from tolmc.kernels.jit import inlined, piece, routine
+from tolmc.kernels.jit import device, inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout
 from tolmc.kernels.steppers import Rows, Stepper, closing, integrals, looker
 from tolmc.kernels.tableaux import Tableau, weighted_sum
@@ -53,7 +53,7 @@ def _stage(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, nu
     size, watched = state * WIDTH, forces and tableau.weights.get(number, 0.0) != 0.0
     seen_at = (forces_row + 3 * number) * WIDTH
 
-    @piece
+    @device
     def stage(y, k, argument, coef, h):
         for lane in range(WIDTH):
             for c in range(state):

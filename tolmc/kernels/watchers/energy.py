@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import once, piece, routine
+from tolmc.kernels.jit import device, once, routine
 from tolmc.kernels.lanes import WIDTH, observer
 from tolmc.kernels.results import ENERGY_CORRECTION, ENERGY_ERROR
 from tolmc.kernels.seen import ENERGY, KINETIC, WORK, at
@@ -65,7 +65,7 @@ def watch(system: System, windows: bool) -> Watcher:
             work[done + lane], work[counted + lane] = 0.0, 0.0
             work[error + lane], correction[lane] = 0.0, 0.0
 
-    @piece
+    @device
     def look(run, step, end, coef, seen, work):
         if torque:
             for lane in range(WIDTH):

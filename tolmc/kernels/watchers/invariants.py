@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from tolmc.kernels.jit import piece, routine
+from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.results import CONSTRAINT_ERROR, MOMENTUM_ERROR
 from tolmc.kernels.seen import ERROR, at
@@ -22,7 +22,7 @@ def constraints(system: System, windows: bool) -> Watcher:
         for lane in range(WIDTH):
             work[largest + lane] = 0.0
 
-    @piece
+    @device
     def look(run, step, end, coef, seen, work):
         for lane in range(WIDTH):
             error = seen[ERROR * WIDTH + lane]

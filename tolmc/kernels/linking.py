@@ -1,0 +1,70 @@
+"""One piece of machine code a kernel: what a kernel calls is linked into it, and is no code of its own.
+
+Numba makes machine code of every function that it compiles, and once more of its copy in every function that calls it; of the
+copies that runs which was loaded first. Their products and sums are contracted in different ways, so that a sample's last
+digits would depend on whether a process has compiled a kernel or has found it on disk. Here a function that compiled code
+alone calls is kept as intermediate code, optimised in the kernel alone (a third less time to compile); and in a kernel all
+but the entry is internal, so that it runs on its own pieces wherever it is loaded.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite.binding import Linkage
+from numba._dynfunc import make_function
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+
+
+class _Piece(JITCodeLibrary):
+    """Intermediate code, to be linked into that of its callers."""
+
+    is_inlined = False
+
+    def _optimize_final_module(self) -> None:
+        """Left to the kernel."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        if not self.is_inlined:
+            # Inlined into the loops of a whole kernel, loops over lanes are no longer packed: half as fast again.
+            for function in self._final_module.functions:
+                if function.linkage == Linkage.external and not function.is_declaration:
+                    function.add_function_attribute("noinline")
+        self._finalized = True
+
+
+class _Kernel(JITCodeLibrary):
+    """A kernel, whose pieces nothing outside it can see."""
+
+    def _finalize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if function.linkage == Linkage.linkonce_odr and not function.is_declaration:
+                function.linkage = Linkage.internal
+        super()._finalize_final_module()
+
+
+def _by_compiled_code_alone(library: JITCodeLibrary, fndesc: Any, env: Any) -> object:
+    """What Numba knows a piece by: a function without an address."""
+    return make_function(fndesc.lookup_module(), fndesc.qualname, "a piece of a kernel", 0, env, (library,))
+
+
+class PieceCompiler(Compiler):
+    """Compiler of functions that compiled code alone calls; called from Python they end the process."""
+
+    def define_pipelines(self) -> list:
+        state = self.state
+        state.targetctx = state.targetctx.subtarget(get_executable=_by_compiled_code_alone)
+        state.library = _Piece(state.targetctx.codegen(), "piece")
+        state.library.is_inlined = state.flags.forceinline
+        return super().define_pipelines()
+
+
+class KernelCompiler(Compiler):
+    """Compiler of kernels."""
+
+    def define_pipelines(self) -> list:
+        self.state.library = _Kernel(self.state.targetctx.codegen(), "kernel")
+        self.state.library.enable_object_caching()
+        return super().define_pipelines()
