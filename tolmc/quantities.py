@@ -317,7 +317,8 @@ JOINT, CONTACT, START, FREE_START, SPIN, OPERATING, SWINGING, DRIVE = (
 #: What a drawing calls each scalar of the joint.
 DRAWN = dict(zip(JOINT, (row.name for row in DRAWN_ROWS), strict=True))
 #: What a body's inertia about O depends on beside its shape.
-MASS_AND_CENTER = ("mass", *(f"center_of_mass_{axis}" for axis in "xyz"))
+CENTER = tuple(f"center_of_mass_{axis}" for axis in "xyz")
+MASS_AND_CENTER = ("mass", *CENTER)
 #: Every output that a study may name.
 OUTPUTS = tuple(row.name for row in OUTPUT_ROWS if row.when != ON_REQUEST)
 #: Those that every scene has.

@@ -40,6 +40,8 @@ _COMMON = {
     "m^3/s": {"mm^3/h": Decimal("1e-9") / 3600, "mm³/h": Decimal("1e-9") / 3600},
     "1": {"": Decimal(1), "%": Decimal("1e-2")},
 }
+# Below this a number of kelvins is a difference that was put in a temperature's place: bearings are not that cold.
+_COLDEST = 200
 # Scales of temperature: degrees Celsius are (number - zero) times factor.
 _TEMPERATURE = {
     **dict.fromkeys(("°C", "degC"), (Decimal(0), Decimal(1))),
@@ -118,7 +120,13 @@ def _read_temperature(number: Decimal, written: str) -> float:
     if written not in _TEMPERATURE:
         raise ValueError(f"its unit {written!r} is not that of a temperature; {remedy('°C')}")
     zero, factor = _TEMPERATURE[written]
-    return float((number - zero) * factor)
+    celsius = float((number - zero) * factor)
+    if written == "K" and number < _COLDEST:
+        raise ValueError(
+            f"kelvins count from absolute zero, and {number:g} K is {celsius:g} °C; expected at least {_COLDEST} K, or a "
+            "temperature in °C, such as '80 °C'"
+        )
+    return celsius
 
 
 _NUMBER = r"[+-]?\d+(?:[.,]\d+)?"

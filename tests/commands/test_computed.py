@@ -9,7 +9,7 @@ from small_study import GEOMETRY, write
 
 from tolmc import cli
 from tolmc.report import answer, notes
-from tolmc.statistics.outcomes import ENOUGH_COMPUTED, computed_share
+from tolmc.statistics.outcomes import CONTACT_LOSS, ENOUGH_COMPUTED, computed_share
 from tolmc.statistics.summary import count_statuses, summarise_requirements
 from tolmc.text import phrases
 
@@ -85,24 +85,29 @@ def test_a_known_loss_of_contact_is_an_answer(counts, warning):
     assert (computed_share(statuses) >= ENOUGH_COMPUTED) == (not warning)
 
 
-@pytest.mark.parametrize("unknown", [0, 3])
+@pytest.mark.parametrize("unknown", [0, 1, 3])
 @pytest.mark.parametrize("lost", [0, 7])
 def test_no_sentence_claims_anything_of_samples_that_are_unknown(unknown, lost):
     samples = frame(ok=90 - lost, contact_lost=lost, inaccurate=unknown)
     shares = summarise_requirements(samples, specification={})
     said = [*answer._contact(shares, True, "stop"), *notes.of_contact(shares, is_watched=True, on_contact_loss="stop")]
-    text = " ".join(said)
+    text, total = " ".join(said), 90 + unknown
     assert "no sample" not in text.lower()
     if unknown and not lost:
         assert "In none of the 90 samples that could be computed does the journal leave the wall." in text
     if unknown:
         assert (
-            f"{100 * lost / 93:.3g} % to {100 * (lost + 3) / 93:.3g} %" in text
-            and "3 samples could not be computed" in text
+            f"{100 * lost / total:.3g} % to {100 * (lost + unknown) / total:.3g} %" in text
+            and f"{'1 sample' if unknown == 1 else '3 samples'} could not be computed" in text
         )
         assert f"({unknown} more are unknown)" in phrases.cut_short(0.1, unknown)
     else:
         assert "could be computed" not in text
+
+
+def test_bounds_that_read_alike_stand_once():
+    shares = summarise_requirements(frame(ok=4000, contact_lost=5999, inaccurate=1), specification={})
+    assert phrases.share_between(shares.loc[CONTACT_LOSS])[0] == "60 %"
 
 
 #: A bucket that hangs off its worn pin: chaotic long before its two seconds are over.
@@ -125,6 +130,10 @@ def test_why_no_step_serves_is_said_on_the_terminal_in_the_record_and_in_the_rep
     said = json.loads((out / "run.json").read_text(encoding="utf-8"))["pilot"]
     assert said.startswith("The motions become chaotic after t = 0.") and "judged one by one" in said
     assert f"Step: {said}" in ended.stdout
+    briefly = CliRunner().invoke(
+        cli.main, ["run", str(tmp_path / "small.toml"), "--samples", "64", "--brief", "--out", str(tmp_path / "b")]
+    )
+    assert f"Step: {said}" in briefly.stdout
     assert CliRunner().invoke(cli.main, ["report", str(out)]).exit_code == 4
     page = (out / "report.md").read_text(encoding="utf-8")
     assert said in page.replace("\\", "")  # without the signs that escape Markdown's

@@ -101,6 +101,9 @@ def test_everything_that_has_a_name_can_be_asked_for():
     assert "optional" in explain("force_point") and "required" in explain("duration")
     with pytest.raises(InputError, match="did you mean 'gravity'"):
         explain("gravty")
+    assert explain("specification.sag").startswith("[specification.NAME]") and "max" in explain("specification.sag")
+    with pytest.raises(InputError, match="'tolmc explain outputs' says how an output of the study's own is named"):
+        explain("sag")
     contents = explain(None)
     assert all(f"[{table.name}]" in contents for table in guide(study_schema()) if table.name)
 
@@ -141,6 +144,15 @@ def test_the_wheel_has_everything_of_the_package(tmp_path):
     (wheel,) = tmp_path.glob("*.whl")
     packed = set(zipfile.ZipFile(wheel).namelist())
     assert {name for name in tracked if name.startswith("tolmc/")} - packed == set()
+
+
+def test_check_says_where_an_unbalanced_rotor_has_its_centre_of_mass_and_what_share_is_asked_for(tmp_path):
+    write_example(tmp_path / "rotor.toml", "rotor")
+    _, _, understood, *_ = understood_blocks(tolmc.load_study(tmp_path / "rotor.toml"))
+    facts = {row[0].content: row[1].content for row in understood.rows}
+    assert "centre of mass (0.00000 to 0.02005, 0, 0) mm" in facts["Body"]
+    assert "not symmetric" in facts["Body"]
+    assert facts["Target"] == "99 % of the parts keep every limit"
 
 
 def test_check_says_what_rubs_swings_and_wears(tmp_path):

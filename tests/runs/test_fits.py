@@ -79,6 +79,8 @@ def test_the_loosest_fit_that_does_is_named(tmp_path):
     table, note = fits_blocks(study, try_fits(study, "H11/c11-h11", samples=2000), samples=2000)
     verdicts = [row[-1].content for row in table.rows]
     assert verdicts[0] == "not met" and verdicts[-1] == "met"
+    others = [row[0].content for row, verdict in zip(table.rows, verdicts, strict=True) if verdict == "met"][1:]
+    assert note.text.endswith(f" {others[-1]}.") and note.text.startswith(f"Of these fits {note.strong} is the loosest")
     assert isinstance(note, Note) and note.strong == table.rows[verdicts.index("met")][0].content
 
 

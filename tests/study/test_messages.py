@@ -1,4 +1,4 @@
-"""Fifty studies that are wrong, each in one way: the message names field and value, says what is allowed and what to do."""
+"""Studies that are wrong, each in one way: the message names field and value, says what is allowed and what to do."""
 
 import re
 
@@ -61,6 +61,15 @@ WRONG = [
     ("workers = 2", 'outputs = ["effective_radius"]', "[specification] tilt_angle", "[monte_carlo] outputs", "add it there"),
     ("workers = 2", 'until = { output = "tilt_max" }', "until.statistic", "is missing", 'give "mean", "sd", "yield"'),
     ("workers = 2", 'on_contact_loss = "follow"', "[monte_carlo] on_contact_loss", "follow", "needs [contact] restitution"),
+    ("workers = 2", "accuracy = 2", "[monte_carlo] accuracy", "2", "a plain number > 0 and at most 0.1, such as 1e-6"),
+    ("workers = 2", 'accuracy = "50 %"', "[monte_carlo] accuracy", "50 %", "a plain number > 0 and at most 0.1"),
+    ("workers = 2", 'step = "1 s"', "[monte_carlo] step", "'1 s'", "at most [motion] duration = '0.1 s'; shorten it"),
+    ("[specification]", '[operating]\nbearing_temperature = "80 K"\n[specification]',
+     "[operating] bearing_temperature", "80 K", "at least 200 K, or a temperature in °C, such as '80 °C'"),
+    ("[specification]", '[operating]\njournal_temperature = "5000 °C"\n[specification]',
+     "[operating] journal_temperature", "5000 °C", "at most 3500 °C, such as"),
+    ("[specification]", "[operating]\njournal_expansion = 12\n[specification]",
+     "journal_expansion", "12", "allowed: up to 0.001 1/K either way. Steel has 12e-6"),
     (ANGLE, 'tilt_angle = { max = "24.4 mm" }', "tilt_angle.max", "24.4 mm", "give a number in rad or"),
     (ANGLE, 'tilt_angle = { maximum = "24.4 deg" }', "tilt_angle.maximum", "24.4 deg", "did you mean 'max'? Allowed"),
     (ANGLE, 'tilt_angle = { min = "25 deg", max = "24 deg" }', "tilt_angle", "25 deg", "exchange them"),

@@ -30,6 +30,22 @@ def test_a_likely_slip_is_told(tmp_path, change, words):
         assert word in told
 
 
+@pytest.mark.parametrize(
+    ("limited", "beta", "is_told"),
+    [
+        ("play", "-110 deg", True),
+        ("play", "250 deg", True),
+        ("play", "-50 deg", False),
+        ("tilt_angle", "-110 deg", False),
+    ],
+)
+def test_a_motion_that_starts_without_tilt_has_a_note_where_its_tilt_is_limited(tmp_path, limited, beta, is_told):
+    own = '[outputs]\nplay = "800 mm * sin(tilt_max)"\n[specification]\nplay = { max = "3 mm" }'
+    changes = [("[specification]", own)] if limited == "play" else []
+    told = " ".join(slips(load_study(write(tmp_path, ('beta = "-50 deg"', f'beta = "{beta}"'), *changes))))
+    assert ("For the tilt that the clearance allows write tilt_angle." in told) == is_told
+
+
 def test_what_is_meant_is_not_told(tmp_path):
     assert list(slips(load_study(write(tmp_path)))) == []
     radians = ('alpha = "-110 deg"', 'alpha = "-110 rad"')  # said with its unit

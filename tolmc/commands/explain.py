@@ -36,11 +36,14 @@ def explain(word: str | None) -> str:
     if word is None:
         return "\n".join(_contents(tables))
     asked = word.strip().strip("[").replace("] ", ".").replace("]", "").strip(".")
-    found = [*_quantity(asked), *_of_tables(tables, asked)]
+    found = [*_quantity(asked), *_of_tables(tables, asked)] or [*_of_entry(tables, asked)]
     if not found:
         close = get_close_matches(asked, _all_names(tables), 3, 0.5)
         near = f"; did you mean {' or '.join(repr(name) for name in close)}?" if close else "."
-        raise InputError(f"nothing in a study file is called {word!r}{near} 'tolmc explain' lists all tables.")
+        raise InputError(
+            f"nothing in a study file is called {word!r}{near} 'tolmc explain' lists all tables; "
+            "'tolmc explain outputs' says how an output of the study's own is named."
+        )
     return "\n\n".join(found)
 
 
@@ -89,6 +92,13 @@ def _of_tables(tables: list[TableGuide], asked: str) -> Iterator[str]:
         for field in table.fields:
             if asked in (field.name, f"{table.name}.{field.name}".lstrip(".")):
                 yield _field_text(field)
+
+
+def _of_entry(tables: list[TableGuide], asked: str) -> Iterator[str]:
+    """The table of an entry that has a name of the study's choice or a quantity's, such as specification.sag."""
+    outer = asked.rpartition(".")[0]
+    if outer in ("dimensions", "specification"):
+        yield from _of_tables(tables, f"{outer}.NAME")
 
 
 def _field_text(field: FieldGuide) -> str:

@@ -23,6 +23,10 @@ from tolmc.quantities import OPERATING
 
 #: °C; the temperature at which drawings hold, ISO 1.
 REFERENCE_TEMPERATURE = 20.0
+#: °C; hardly any solid is left above it.
+HOTTEST = 3500.0
+#: 1/K; ten times that of any metal.
+LARGEST_EXPANSION = 1e-3
 ABSOLUTE_ZERO = -273.15
 
 #: Linear expansion of materials at room temperature, 1/K. Metals, polyamide, PEEK and PTFE: W. D. Callister, Materials Science
@@ -47,7 +51,13 @@ EXPANSION = {
 def expansion_coefficient(name: str, value: object) -> float:
     """The coefficient, 1/K, of a number or of the name of a material in :data:`EXPANSION`."""
     if not isinstance(value, str):
-        return finite_number("Operating", name, value)
+        number = finite_number("Operating", name, value)
+        if abs(number) > LARGEST_EXPANSION:
+            raise ValueError(
+                f"Operating: {name} = {value!r} 1/K is out of range; allowed: up to {LARGEST_EXPANSION:g} 1/K either way. "
+                "Steel has 12e-6."
+            )
+        return number
     if value not in EXPANSION:
         raise ValueError(
             f"Operating: {name} = {value!r} is no material of the table; allowed: {', '.join(EXPANSION)}, "

@@ -145,7 +145,8 @@ def _yield(study: Study, found: Estimate, together: pd.Series, target: float) ->
     if not together["unknown"]:
         return f"{value} of the parts meet {what} {asked}"
     least, most = (typeset.share_of(row, together["samples"]) for row in _bounds(together))
-    return f"At least {least} and at most {most} of the samples meet {what} {asked}"
+    shown = least if least == most else f"At least {least} and at most {most}"
+    return f"{shown} of the samples meet {what} {asked}"
 
 
 def _bounds(counted: pd.Series) -> tuple[float, float]:
@@ -193,7 +194,9 @@ def _contact(shares: pd.DataFrame, is_watched: bool, on_contact_loss: str) -> It
     elif is_watched and row["unknown"] < row["samples"]:
         yield f"In none of {phrases.computed(row)} does the journal leave the wall."
     if row["unknown"]:
-        yield f"{row['unknown']:,.0f} samples could not be computed: they may meet the requirements or not."
+        one = row["unknown"] == 1
+        unknown = "1 sample" if one else f"{row['unknown']:,.0f} samples"
+        yield f"{unknown} could not be computed: {'it' if one else 'they'} may meet the requirements or not."
 
 
 def _model_error(study: Study) -> Iterator[str]:

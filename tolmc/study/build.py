@@ -39,6 +39,11 @@ def study_fields(content: dict[str, Any], data_folder: Path) -> dict[str, Any]:
         raise Faults(
             '[life] follows a wear that the joint has not: give [contact] wear_coefficient = "1e-6 mm^3/(N m)".'
         )
+    if file.monte_carlo.step is not None and file.monte_carlo.step > file.motion.duration:
+        raise Faults(
+            f"{place('monte_carlo', 'step')} = {short(content['monte_carlo']['step'])}: expected a step of at most "
+            f"{place('motion', 'duration')} = {short(content['motion']['duration'])}; shorten it, or give accuracy."
+        )
     settings = file.monte_carlo.model_dump() | {"on_contact_loss": _on_contact_loss(file)}
     outputs = settings.pop("outputs")
     derived = read_outputs(file.outputs)

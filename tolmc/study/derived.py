@@ -1,4 +1,4 @@
-"""Outputs of a study's own: expressions of dimensions and outputs with units, such as "800 mm * sin(tilt_max)".
+"""Outputs of a study's own: expressions of dimensions and outputs with units, such as "800 mm * sin(tilt_angle)".
 
 simpleeval walks the expression and knows arithmetic and the functions below, nothing else: no attribute, index, text or
 comparison. Pint says once what the expression measures; samples are then evaluated as numbers in SI units.
@@ -125,7 +125,7 @@ def _names(expression: str, constants: set[str]) -> tuple[str, ...]:
     try:
         tree = ast.parse(expression.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ValueError('it is no expression; write one such as "800 mm * sin(tilt_max)", a power as **') from None
+        raise ValueError('it is no expression; write one such as "800 mm * sin(tilt_angle)", a power as **') from None
     known = (*MODEL_NAMES, *quantities.SCALARS, *quantities.OUTPUTS)
     names: dict[str, None] = {}
     called = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
@@ -186,7 +186,7 @@ def _kind(derived: Derived, constants: Mapping[str, Any], unit: str | None) -> s
     except pint.DimensionalityError as error:
         raise ValueError(
             f"its units do not go together: {error}; add and subtract only what measures the same, and bring it there by a "
-            "factor with its unit, such as 800 mm * sin(tilt_max)"
+            "factor with its unit, such as 800 mm * sin(tilt_angle)"
         ) from None
     except (InvalidExpression, pint.PintError, TypeError, ArithmeticError) as error:
         raise ValueError(f"it cannot be evaluated: {error}") from None

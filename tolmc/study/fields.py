@@ -66,10 +66,10 @@ def form(info: FieldInfo) -> Form | None:
     return next((part for part in (*info.metadata, *optional) if isinstance(part, Form)), None)
 
 
-def quantity_schema(unit: str, *, positive: bool = False) -> dict[str, Any]:
+def quantity_schema(unit: str, *, positive: bool = False, most: float | None = None) -> dict[str, Any]:
     """JSON schema of a quantity in the SI unit ``unit``."""
     schema = {"type": ["number", "string"], "examples": [units.example(unit)]}
-    return schema | {"exclusiveMinimum": 0} if positive else schema
+    return schema | ({"exclusiveMinimum": 0} if positive else {}) | ({} if most is None else {"maximum": most})
 
 
 def material(table: Mapping[str, float], unit: str):
@@ -99,23 +99,28 @@ def _several(item: Mapping[str, Any], count: int) -> dict[str, Any]:
     return {"type": "array", "items": dict(item), "minItems": count, "maxItems": count}
 
 
-def quantity(unit: str, *, positive: bool = False, remedy: str | None = None):
-    """Type of a field in the SI unit ``unit``."""
+def quantity(
+    unit: str, *, positive: bool = False, most: float | None = None, example: str = "", remedy: str | None = None
+):
+    """Type of a field in the SI unit ``unit``; ``most``: the largest value allowed."""
 
-    words = f"{units.kind(unit)}{' > 0' if positive else ''}" + (
-        f', such as "{units.example(unit)}"' if unit != "1" else ""
+    shown = example or (f'"{units.example(unit)}"' if unit != "1" else "")
+    limit = "" if most is None else f" at most {most:g} {unit}".removesuffix(" 1")
+    words = (
+        f"{units.kind(unit)}{' > 0' if positive else ''}{' and' if positive and limit else ''}{limit}"
+        f"{f', such as {shown}' if shown else ''}"
     )
 
     def read(value: object) -> float:
         number = units.read(value, unit)
-        if positive and number <= 0:
+        if (positive and number <= 0) or (most is not None and number > most):
             raise ValueError(f"expected {words}")
         return number
 
     return Annotated[
         float,
         BeforeValidator(read),
-        Form(words, quantity_schema(unit, positive=positive), remedy or units.remedy(unit)),
+        Form(words, quantity_schema(unit, positive=positive, most=most), remedy or units.remedy(unit)),
     ]
 
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, StrictBool, ValidationInfo
 
 from tolmc import quantities, units
-from tolmc.mechanism.operating import EXPANSION, REFERENCE_TEMPERATURE
+from tolmc.mechanism.operating import EXPANSION, HOTTEST, REFERENCE_TEMPERATURE
 from tolmc.study.drawing import deviations
 from tolmc.study.fields import (
     OWN_UNIT,
@@ -31,6 +31,8 @@ from tolmc.study.fields import (
 from tolmc.study.load_sections import LoadsSection
 
 MAX_SAMPLES = 1_000_000_000
+#: A relative error beyond which no digit of a motion holds.
+MAX_ACCURACY = 0.1
 #: Share of the parts that have to keep every limit, where a study does not say: ±3 sigma of a normal distribution.
 TARGET_YIELD = 0.9973
 
@@ -283,7 +285,7 @@ class MonteCarloSection(Section):
     """Seed of the draw: the same seed gives the same samples, bit for bit."""
     workers: whole(1, 1024) = 2
     """Parallel workers; the numbers do not depend on it."""
-    accuracy: quantity("1", positive=True) | None = None
+    accuracy: quantity("1", positive=True, most=MAX_ACCURACY, example="1e-6") | None = None
     """Relative error of a motion that a pilot chooses the step for; 1e-7 when not given, in Sobol' runs 1e-8."""
     step: quantity("s", positive=True) | None = None
     """Step of the integration, in place of `accuracy`."""
@@ -337,9 +339,9 @@ class LimitsSection(Section):
 class OperatingSection(Section):
     """The joint in operation: what temperature and wear make of the dimensions on the drawing, which holds at 20 °C."""
 
-    bearing_temperature: quantity("°C") = REFERENCE_TEMPERATURE
+    bearing_temperature: quantity("°C", most=HOTTEST) = REFERENCE_TEMPERATURE
     """Temperature of the bearing."""
-    journal_temperature: quantity("°C") = REFERENCE_TEMPERATURE
+    journal_temperature: quantity("°C", most=HOTTEST) = REFERENCE_TEMPERATURE
     """Temperature of the journal."""
     bearing_expansion: material(EXPANSION, "1/K") = 0.0
     """Linear expansion of the bearing, or of the bush."""
@@ -387,7 +389,8 @@ class StudyFile(Section):
     model: _Model = _Model()
     monte_carlo: MonteCarloSection = MonteCarloSection()
     outputs: dict[str, Any] = Field(default_factory=dict)
-    """Outputs of the study's own, by a name of your choice: `sag = "800 mm * sin(tilt_max)"`, or a table with value, unit and
-    label. They may have limits."""
+    """Outputs of the study's own, by a name of your choice: `sag = "800 mm * sin(tilt_angle)"`, or a table with value, unit and
+    label. They may have limits. `tilt_angle` is the tilt that the clearance allows, `tilt_max` the largest that the motion
+    reaches."""
     specification: dict[str, Any] = Field(default_factory=dict)
     allocation: dict[str, Any] = Field(default_factory=dict)

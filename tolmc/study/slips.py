@@ -15,6 +15,8 @@ from tolmc.study.study import Study
 _BORE, _LENGTH = 10.0, 100.0
 #: Numbers without a unit beyond which people mean another one than the SI unit that they are taken for.
 _LARGEST = {"angle": 2.0 * math.pi, "length": 1.0, "acceleration": 100.0}
+#: Angle between the journal's two ends, rad, below which it lies parallel to the bore.
+_PARALLEL = 1e-6
 _MEANT = {"angle": "deg", "length": "mm", "acceleration": "mm/s^2"}
 
 
@@ -28,11 +30,24 @@ def slips(study: Study) -> Iterator[str]:
             size = f"{ratio:.3g} times" if ratio > 1 else f"1/{1 / ratio:.3g} of"
             of = f"journal_radius = {_mm(joint.journal_radius)}"
             yield f"{name} = {_mm(value)} is {size} {of}. If that is not meant, check the units."
+    yield from _parallel_start(study)
     for where, name, value in _bare_numbers(tomllib.loads(study.source)):
         kind = quantities.of(name).kind
         if kind in _LARGEST and abs(value) > _LARGEST[kind]:
             unit, meant = quantities.unit(name), _MEANT[kind]
             yield f'{where} = {value:.10g} is taken in {unit}. If {meant} is meant, write "{value:.10g} {meant}".'
+
+
+def _parallel_start(study: Study) -> Iterator[str]:
+    """Where limits are on the tilt that the motion reaches, and it starts without any."""
+    start = study.scene.motion
+    used = {*study.specification, *(name for output in study.derived for name in output.outputs)}
+    turned = math.remainder(start.alpha - start.beta, 2.0 * math.pi)
+    if "tilt_max" in used and abs(turned) < _PARALLEL:
+        yield (
+            "tilt_max is the largest tilt that the motion reaches, and the motion starts without any (alpha = beta). For the "
+            "tilt that the clearance allows write tilt_angle."
+        )
 
 
 def _mm(length: float) -> str:

@@ -11,7 +11,7 @@ from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.outcomes import ENOUGH_COMPUTED
 from tolmc.study.sections import TARGET_YIELD
 from tolmc.study.study import Study
-from tolmc.tables.table import Cell, Column, Estimated, Note, Number, Share, Table, cells, plain
+from tolmc.tables.table import Cell, Column, Estimated, Note, Number, Share, Table, cells
 from tolmc.text.phrases import MET, STATISTICS, TONES, joined, judged, model_doubt, model_turns_target, unit
 from tolmc.text.typeset import span
 
@@ -26,13 +26,12 @@ def fits_blocks(study: Study, found: pd.DataFrame, *, samples: int) -> Iterator[
     verdicts |= {fit: model_doubt(row) for fit, row in found.iterrows() if model_turns_target(row)}
     rows = []
     for fit, row in found.iterrows():
-        ends = plain.share(row["yield_low"])[0], plain.share(row["yield_high"])[0]
         rows.append(
             cells(
                 str(fit),
                 span(1e3 * row["clearance_low"], 1e3 * row["clearance_high"]),
                 Share.of(row, "yield"),
-                f"{ends[0]} to {ends[1]}",
+                f"{100 * row['yield_low']:.6g} to {100 * row['yield_high']:.6g} %",
                 *(Estimated.of(row, peak, quantities.shown(peak.split()[0])[1]) for peak in peaks),
                 *([Number(row["cost"], 4)] if priced else []),
                 Cell(verdicts[fit], tone=TONES.get(verdicts[fit], "open")),
@@ -63,5 +62,10 @@ def fits_blocks(study: Study, found: pd.DataFrame, *, samples: int) -> Iterator[
         )
         return
     loosest = max(met, key=lambda fit: found.at[fit, "clearance_high"])
-    text = f"{joined(met)} {'keep' if len(met) > 1 else 'keeps'} the limits; {loosest} leaves the most clearance."
-    yield Note(text, strong=str(loosest), is_apart=True)
+    others = [fit for fit in met if fit != loosest]
+    more = f" So {'do' if len(others) > 1 else 'does'} {joined(others)}." if others else ""
+    yield Note(
+        f"Of these fits {loosest} is the loosest that keeps the limits in {100 * target:.6g} % of the parts.{more}",
+        strong=str(loosest),
+        is_apart=True,
+    )

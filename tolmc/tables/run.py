@@ -31,8 +31,7 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
     yield from _contact_notes(result)
     yield statuses_table(result.statuses)
     yield from (Note(f"Note: {note}") for note in result.notes)
-    if words := result.plan.unresolved_words():
-        yield Note(f"Step: {words}", strong="Step")
+    yield from _step_note(result)
     if words := result.plan.chaotic_words():
         yield Note(f"Chaos: {words}", strong="Chaos")
     if not math.isnan(result.plan.pilot_error):
@@ -55,6 +54,8 @@ def brief_blocks(result: StudyResult) -> Iterator[Table | Note]:
     yield shares_table(result.requirements)
     yield from _verdict(study, result.requirements)
     yield from _contact_notes(result)
+    if too_few_computed(result.statuses):
+        yield from _step_note(result)
 
 
 def _first(result: StudyResult) -> Iterator[Note]:
@@ -84,6 +85,12 @@ def _verdict(study: Study, requirements: pd.DataFrame) -> Iterator[Note]:
         f"Target {verdict}: {found} (95 % interval), {100 * study.target:.6g} % are asked for.",
         strong=f"Target {verdict}",
     )
+
+
+def _step_note(result: StudyResult) -> Iterator[Note]:
+    """Why motions miss the accuracy, and what to do."""
+    if words := result.plan.unresolved_words():
+        yield Note(f"Step: {words}", strong="Step")
 
 
 def _contact_notes(result: StudyResult) -> Iterator[Note]:

@@ -13,11 +13,13 @@ from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.mechanism.geometry import tilt_angle
 from tolmc.mechanism.loads import Harmonic, Oscillation
 from tolmc.mechanism.scene import Scene
+from tolmc.quantities import CENTER
 from tolmc.study.slips import slips
 from tolmc.study.study import Study
 from tolmc.tables.dimensions import dimensions_table
 from tolmc.tables.table import Column, Note, Table, cells
 from tolmc.text.phrases import SAMPLINGS, quantity
+from tolmc.text.typeset import span
 from tolmc.tolerances.interference import interference_note
 
 # What a motion costs, for a word about the time a run takes: the steps for a radian of its fastest oscillation at the default
@@ -34,7 +36,7 @@ def understood_blocks(study: Study) -> Iterator[Table | Note]:
     yield dimensions_table(study)
     facts = [
         *_joint(study),
-        *_body(study.scene),
+        *_body(study),
         *_loads(study.scene),
         *_contact(study.scene),
         *_motion(study.scene),
@@ -75,10 +77,15 @@ def _joint(study: Study) -> Iterator[tuple[str, str]]:
     yield "Section", f"{joint.section}: {kind}; circles misstate the axis's position by up to {error:.2g} %"
 
 
-def _body(scene: Scene) -> Iterator[tuple[str, str]]:
-    body = scene.body
-    shape = "symmetric about the journal's axis" if body.is_symmetric else "not symmetric about the journal's axis"
-    center = ", ".join(f"{1e3 * c:.4g}" for c in body.center_of_mass)
+def _body(study: Study) -> Iterator[tuple[str, str]]:
+    body = study.scene.body
+    varied = {dimension.name: dimension for dimension in study.tolerances.varied}
+    off_axis = not {"center_of_mass_x", "center_of_mass_y"}.isdisjoint(varied)
+    shape = f"{'' if body.is_symmetric and not off_axis else 'not '}symmetric about the journal's axis"
+    center = ", ".join(
+        span(1e3 * varied[name].lower, 1e3 * varied[name].upper) if name in varied else f"{1e3 * value:.4g}"
+        for name, value in zip(CENTER, body.center_of_mass, strict=True)
+    )
     yield "Body", f"{body.mass:.4g} kg, centre of mass ({center}) mm from the middle of the bearing, {shape}"
 
 
@@ -146,6 +153,8 @@ def _computed(study: Study) -> Iterator[tuple[str, str]]:
             if end in limits
         ]
         yield "Requirement", f"{quantities.label(name)} {' and '.join(words)}"
+    if study.specification and study.target is not None:
+        yield "Target", f"{100 * study.target:.6g} % of the parts keep every limit"
     if study.life is not None:
         share = 100 * study.life.broken_share
         yield (

@@ -138,7 +138,7 @@ def share_between(counted: Mapping[str, float]) -> tuple[str, str]:
     least = typeset.share(*(counted[f"share_least{end}"] for end in ("", "_low", "_high")))
     if not counted["unknown"]:
         return least
-    ends = (typeset.share_of(counted[key], 1.0) for key in ("share_least", "share_most"))
+    ends = dict.fromkeys(typeset.share_of(counted[key], 1.0) for key in ("share_least", "share_most"))
     bounds = (typeset.share_of(counted[key], 1.0) for key in ("share_least_low", "share_most_high"))
     return " to ".join(ends), f"{' to '.join(bounds)}, the unknown counted both ways"
 
