@@ -112,6 +112,15 @@ def test_no_backend_costs_a_run(study, backend):
     assert (study.parent / "run" / "drivers.png").exists()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("settings", ["axes.foo: bar\nnot a line\nfigure.dpi: abc\n", "font.family: Nope\n"])
+def test_what_is_wrong_with_the_users_matplotlib_is_not_told(study, tmp_path, settings):
+    (study.parent / "matplotlibrc").write_text(settings)
+    result = tolmc_run(study, MPLCONFIGDIR=str(study))  # a file
+    assert (result.returncode, result.stderr) == (0, b"")
+    assert (study.parent / "run" / "drivers.png").exists()
+
+
 def test_a_picture_that_fails_costs_a_note(study, tmp_path, monkeypatch):
     def broken(*_, **__):
         raise RuntimeError("no latex\nhere")

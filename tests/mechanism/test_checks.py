@@ -6,7 +6,8 @@ import pint
 import pytest
 
 import tolmc
-from tolmc.mechanism.checks import finite_number, plain_array
+from tolmc.mechanism.checks import finite_number, plain_array, positive_number
+from tolmc.tolerances.dimension import Dimension
 from tolmc.tolerances.distributions import Measured
 
 MM = pint.UnitRegistry().mm
@@ -18,6 +19,11 @@ REFUSED = [
     (np.array([20.2 * MM, 20.3 * MM], dtype=object), "carries a unit"),
     (np.ma.array([0.0202, 0.0203], mask=[False, True]), "masked"),
     (np.ma.masked_invalid([0.0202, np.nan]), "masked"),
+    ([0.0202, np.ma.masked, 0.0203], "masked"),
+    ([np.ma.array([0.0202, 0.0203], mask=[False, True])], "masked"),
+    (np.array([20, 21], "m8[s]"), "carries a unit"),
+    (pd.Series(pd.to_timedelta([20, 21], "ms")), "carries a unit"),
+    ([10**400, 1], "array of numbers"),
     (pd.array([0.0202, None], dtype="Float64"), "masked|numbers"),
     (np.array([0.0202 + 0j, 0.0203]), "complex"),
     (["20.2 mm"], "array of numbers in SI units"),
@@ -61,6 +67,20 @@ def test_plain_numbers_pass(values):
 def test_a_single_number_is_plain_too(value):
     with pytest.raises(ValueError, match=r"unit|masked"):
         finite_number("Joint", "bearing_radius", value)
+
+
+@pytest.mark.parametrize("value", [10**400, -(10**400)])
+def test_a_number_too_large_for_a_float_is_out_of_range(value):
+    with pytest.raises(ValueError, match=r"nominal = .* is out of range"):
+        Dimension("bearing_radius", value)
+    with pytest.raises(ValueError, match=r"step = .* is out of range"):
+        positive_number("step", value)
+
+
+@pytest.mark.parametrize("value", [20.2 * MM, np.ma.masked])
+def test_an_argument_is_plain_too(value):
+    with pytest.raises(ValueError, match=r"step .*(unit|masked)"):
+        positive_number("step", value)
 
 
 def test_an_inertia_with_a_unit_is_refused():

@@ -17,10 +17,7 @@ def finite_number(owner: str, name: str, value: Any, *, positive: bool = False) 
     _refuse_unit(f"{owner}: {name}", value)
     if np.ma.is_masked(value):
         raise ValueError(f"{owner}: {name} is masked; give a number.")
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{owner}: {name} must be a number in SI units, got {value!r}.") from None
+    number = _float(value, f"{owner}: {name} must be a number in SI units")
     if not math.isfinite(number) or (positive and number <= 0):
         allowed = "a finite number > 0" if positive else "a finite number"
         raise ValueError(f"{owner}: {name} = {value!r} is out of range; allowed: {allowed}.")
@@ -33,17 +30,34 @@ def plain_array(name: str, value: Any) -> np.ndarray:
     Raises ValueError where one of these would be lost, TypeError for what are no numbers.
     """
     _refuse_unit(name, value)
-    if np.ma.is_masked(value):
+    kind = getattr(getattr(value, "dtype", None), "kind", "")
+    items = value if isinstance(value, (list, tuple)) or kind == "O" else ()
+    if np.ma.is_masked(value) or any(np.ma.is_masked(item) for item in items):
         raise ValueError(f"{name} has masked entries; leave them out (values.compressed()), or fill them.")
-    if isinstance(value, (list, tuple)) or getattr(getattr(value, "dtype", None), "kind", "") == "O":
-        for item in value:
-            _refuse_unit(name, item)
+    for item in items:
+        _refuse_unit(name, item)
     if np.iscomplexobj(value):
         raise ValueError(f"{name} is complex; give its real part, or its size.")
+    if kind in _TIMES:
+        raise ValueError(f"{name} carries a unit ({value.dtype}); give plain numbers in SI units.")
     try:
         return np.asarray(value, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name} must be an array of numbers in SI units, got {value!r}.") from None
+
+
+#: Kinds of NumPy's arrays of dates and durations, whose numbers count days or nanoseconds.
+_TIMES = ("m", "M")
+
+
+def _float(value: Any, demand: str) -> float:
+    """``float(value)``, infinite where it is too large for one; TypeError begins with ``demand``."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+    except (TypeError, ValueError):
+        raise TypeError(f"{demand}, got {value!r}.") from None
 
 
 def _refuse_unit(name: str, value: Any) -> None:
@@ -96,10 +110,10 @@ def choice(name: str, value: str, allowed: Sequence[str]) -> str:
 
 def positive_number(name: str, value: Any) -> float:
     """``value`` as a finite float > 0, for arguments that belong to no object."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a number, got {value!r}.") from None
+    if np.ma.is_masked(value):
+        raise ValueError(f"{name} is masked; give a number.")
+    _refuse_unit(name, value)
+    number = _float(value, f"{name} must be a number")
     if not (math.isfinite(number) and number > 0):
         raise ValueError(f"{name} = {value!r} is out of range; allowed: a finite number > 0.")
     return number

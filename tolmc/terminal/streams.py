@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import logging
 import os
 import sys
 
@@ -25,6 +26,8 @@ def _spelled(error: UnicodeError) -> tuple[str, int]:
 def prepare() -> None:
     """Make both streams fit for any text: what their encoding lacks is spelled out, and what is closed takes and forgets."""
     codecs.register_error("tolmc", _spelled)
+    # Pictures have settings of their own: what Matplotlib finds wrong with the user's is not for who asked for a run.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     # A file opened later must not get the number of a closed stream, to which a library may still write.
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass

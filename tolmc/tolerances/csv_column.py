@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 from io import StringIO
 
@@ -71,11 +72,26 @@ def _miscount(row: list[str], header: list[str], separator: str) -> str:
     found = f"{separator.join(row)!r} has {len(row)} fields, the header {len(header)} ({', '.join(header)})"
     if len(row) < len(header):
         return f"{found}; complete the row or leave it out."
-    if not row[-1] and len(row) == len(header) + 1:
-        return f"{found}; remove the separator at the end of the row, or end the header with one too."
+    other = _other_separator(header)
+    if other is not None:
+        decimal = ', and decimal = "," where the comma is its decimal sign' if separator == "," else ""
+        return f"{found}; {_where_it_parts(other)}{decimal}."
+    if not any(row[len(header) :]):
+        end = "separator" if len(row) == len(header) + 1 else "separators"
+        return f"{found}; remove the {end} at the end of the row, or end the header so too."
     if separator == "," and all(field.lstrip("+-").isdigit() for field in row if field):
         return f"{found}; where its comma is a decimal comma, {_DECIMAL_COMMA}."
     return f"{found}; name every column in the header, and quote a field that holds the separator."
+
+
+def _other_separator(header: list[str]) -> str | None:
+    """The mark that seems to part the columns of a header which another left whole."""
+    return next((mark for mark in SEPARATORS if mark in header[0]), None) if len(header) == 1 else None
+
+
+def _where_it_parts(mark: str) -> str:
+    """What to say in the study; TOML writes a tab as JSON does."""
+    return f"where {json.dumps(mark)} parts its columns, say separator = {json.dumps(mark)}"
 
 
 def _place(rows: list[tuple[int, list[str]]], name: str, column: str, separator: str) -> int:
@@ -83,8 +99,8 @@ def _place(rows: list[tuple[int, list[str]]], name: str, column: str, separator:
     if header.count(column) > 1:
         raise ValueError(f"{name} has {header.count(column)} columns {column!r}; give each a name of its own.")
     if column not in header:
-        other = next((mark for mark in SEPARATORS if mark != separator and mark in rows[0][1][0]), None)
-        remedy = f" Where {other!r} parts its columns, say separator = {other!r}." if other else ""
+        other = _other_separator(header)
+        remedy = f" Remedy: {_where_it_parts(other)}." if other else ""
         raise ValueError(f"{name} has no column {column!r}; allowed: {', '.join(header)}.{remedy}")
     # A first column without a name is an index; any other is what is left of a number at its decimal comma.
     unnamed = next(
