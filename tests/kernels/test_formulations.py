@@ -37,8 +37,8 @@ def integrated(name, raw, steps, duration, *, method="rk8", forces=True, momentu
     """Results of every column of ``raw``."""
     n = raw.shape[1]
     out = np.full((R.RESULTS, n), np.nan)
-    kernel = engine.build(name, method, load=True, forces=forces, momentum=momentum)
-    kernel(np.ascontiguousarray(raw), steps, duration, R.CONTINUE, project_energy, out)
+    kernel = engine.build(name, method, load=True, forces=forces)
+    kernel(np.ascontiguousarray(raw), steps, duration, R.CONTINUE, project_energy, momentum, out)
     return out
 
 

@@ -175,7 +175,7 @@ study = tolmc.load_study(sys.argv[1])
 samples = sample(study.tolerances, 3000, sampling="sobol", seed=7)
 found = tolmc.simulate_many(study.scene, **samples, step=study.scene.duration / 6).drop(columns="status")
 print(hashlib.sha256(found.to_numpy().tobytes()).hexdigest())
-kernel = engine.build("slope_symmetric", "rk8", load=True, forces=True, momentum=False)
+kernel = engine.build("slope_symmetric", "rk8", load=True, forces=True)
 print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))
 """
 

@@ -36,8 +36,8 @@ def stepper_of(formulation: str, method: str, load: bool, forces: bool) -> tuple
 
 
 @jit.once
-def build(formulation: str, method: str, *, load: bool, forces: bool, momentum: bool) -> Callable:
-    """Entry ``integrate(raw, steps, duration, on_loss, project_energy, out)``.
+def build(formulation: str, method: str, *, load: bool, forces: bool) -> Callable:
+    """Entry ``integrate(raw, steps, duration, on_loss, project_energy, momentum, out)``.
 
     It integrates every column of ``raw`` over ``duration`` (s) in ``steps`` equal steps and writes its results to ``out``;
     the arguments are those of :class:`tolmc.kernels.lanes.Run`.
@@ -48,13 +48,12 @@ def build(formulation: str, method: str, *, load: bool, forces: bool, momentum: 
     method : name in :data:`METHODS`, or :data:`PUBLISHED`
     load : whether there is any load
     forces : whether contact forces, largest tilt and loss of contact are wanted
-    momentum : whether the angular momentum about Z is conserved
     """
     system = _system(formulation, method, load, forces)
-    watcher = together(_watchers(system, forces, momentum))
+    watcher = together(_watchers(system, forces))
     return jit.entry(
         loops.watch if forces else loops.integrate,
-        _name("integrate", formulation, method, load=load, forces=forces, momentum=momentum),
+        _name("integrate", formulation, method, load=load, forces=forces),
         begin=watcher.begin, look=watcher.look, scan=watcher.scan, finish=watcher.finish, **_parts(system),
     )  # fmt: skip
 
@@ -97,15 +96,14 @@ def _plain(flag: bool) -> bool:
     return cast(bool, np.bool_(flag))
 
 
-def _watchers(system: System, forces: bool, momentum: bool) -> list[Watcher]:
+def _watchers(system: System, forces: bool) -> list[Watcher]:
     """The watchers of a kernel, in the order of their work."""
     watchers = [energy.watch(system, forces), invariants.constraints(system, forces)]
     if forces:
         polynomials = between(system)
         statistics = [extrema.watch(system, polynomials), step_error.watch(system, polynomials)]
         watchers = [contact_loss.watch(system, polynomials), *statistics, *watchers]
-    watchers += [invariants.angular_momentum(system)] if momentum else []
-    return [*watchers, pose.watch(system)]
+    return [*watchers, invariants.angular_momentum(system), pose.watch(system)]
 
 
 def _parts(system: System) -> dict[str, object]:

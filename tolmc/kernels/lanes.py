@@ -44,8 +44,8 @@ class Layout:
 class Run(NamedTuple):
     """What one call of a kernel is told, as its parts see it.
 
-    ``raw`` (parameters.COUNT, n) SI units; ``step_length`` = duration/steps; ``on_loss`` CONTINUE or END; ``out``
-    (results.RESULTS, n).
+    ``raw`` (parameters.COUNT, n) SI units; ``step_length`` = duration/steps; ``on_loss`` CONTINUE or END; ``momentum`` whether
+    the angular momentum about Z is conserved; ``out`` (results.RESULTS, n).
     """
 
     raw: np.ndarray
@@ -54,6 +54,7 @@ class Run(NamedTuple):
     step_length: float
     on_loss: int
     project_energy: bool
+    momentum: bool
     out: np.ndarray
 
 

@@ -21,9 +21,9 @@ rows = y_rows = end_rows = coef_rows = h_rows = seen_rows = target_rows = correc
 until = bad_step = end_state = end_seen = part_h = None
 
 
-def integrate(raw, steps, duration, on_loss, project_energy, out):
+def integrate(raw, steps, duration, on_loss, project_energy, momentum, out):
     """Every column of ``raw``, block by block: its results to ``out``. Nothing is seen of the forces."""
-    run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, out)
+    run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, momentum, out)
     work = lanes(rows)
     y, end, coef, h, seen = work[y_rows], work[end_rows], work[coef_rows], work[h_rows], work[seen_rows]
     n = raw.shape[1]
@@ -48,12 +48,12 @@ def integrate(raw, steps, duration, on_loss, project_energy, out):
         finish(run, block, y, coef, work)
 
 
-def watch(raw, steps, duration, on_loss, project_energy, out):
+def watch(raw, steps, duration, on_loss, project_energy, momentum, out):
     """The same with all that is seen of the forces, window by window; a block ends where all its lanes' motions have.
 
     A motion of fewer steps goes on until the polynomials between its ends have the ends that they need.
     """
-    run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, out)
+    run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, momentum, out)
     work, states, seen = lanes(rows), lanes(ROWS * state), lanes(ROWS * SEEN)
     coef, h, ends, seen_there, length = work[coef_rows], work[h_rows], work[end_state], work[end_seen], work[part_h]
     n, total = raw.shape[1], max(steps, SUPPORT - 1)

@@ -55,8 +55,9 @@ def _two_sided(
     features = plan.features
     # The published forms' pilot must not take its steps from a formula that they don't have.
     method = engine.PUBLISHED if plan.formulation != "slope" and plan.method == "rk8" else plan.method
-    kernel = engine.build(features.formulation, method, load=features.load, forces=forces, momentum=features.momentum)
-    kernel(np.ascontiguousarray(raw), plan.steps, duration, _ON_LOSS[on_contact_loss], project_energy, out)
+    kernel = engine.build(features.formulation, method, load=features.load, forces=forces)
+    on_loss = _ON_LOSS[on_contact_loss]
+    kernel(np.ascontiguousarray(raw), plan.steps, duration, on_loss, project_energy, features.momentum, out)
     out[R.STEP_ERROR] *= max(_OF_STATISTICS, plan.accuracy / _TRUSTED if math.isnan(plan.pilot_error) else 0.0)
     out[R.SPIN_ERROR] = 0.0  # where Omega is conserved, these equations have it as a constant
     return out

@@ -53,17 +53,19 @@ def angular_momentum(system: System) -> Watcher:
     """Watcher of the momentum's change between the motion's start and end, relative to the largest it can have.
 
     That is sqrt(2 T I) by Cauchy and Schwarz, T the energy's scale and I the momentum of a unit turn, and the constant part.
+    Whether it is conserved the run says: kernels of their own for that would be twice as many to compile.
     """
     momentum, at_start, fastest = system.equations.momentum, system.layout.row(), system.energy_scale
 
     @routine
     def begin(run, block, y, coef, work):
-        for lane in range(WIDTH):
-            work[at_start + lane], _, _ = momentum(y, coef, lane, WIDTH)
+        if run.momentum:
+            for lane in range(WIDTH):
+                work[at_start + lane], _, _ = momentum(y, coef, lane, WIDTH)
 
     @routine
     def finish(run, block, y, coef, work):
-        for lane in range(min(WIDTH, run.raw.shape[1] - block)):
+        for lane in range(min(WIDTH, run.raw.shape[1] - block) if run.momentum else 0):
             about_z, turn, constant = momentum(y, coef, lane, WIDTH)
             change = abs(about_z - work[at_start + lane])
             scale = math.sqrt(2.0 * work[fastest + lane] * turn) + constant
