@@ -82,6 +82,15 @@ def test_limits_beyond_the_support_leave_mean_spread_and_lots(reach):
     assert between == pytest.approx(2e-6, rel=0.05)
 
 
+@pytest.mark.slow
+def test_far_limits_of_a_distribution_that_scipy_integrates():
+    """Normal-inverse Gaussian, mean b/sqrt(a^2 - b^2), variance a^2/(a^2 - b^2)^1.5; SciPy's own cdf(300) is 4e-12."""
+    law = Scipy("norminvgauss", {"a": 1.0, "b": 0.9, "loc": LOC, "scale": SCALE}, truncated=True)
+    dimension = Dimension("center_of_mass_x", LOC, LOC - 9 * SCALE, LOC + 300 * SCALE, law)
+    assert dimension.mean == pytest.approx(LOC + SCALE * 0.9 / 0.19**0.5, rel=1e-9)
+    assert dimension.sd == pytest.approx(SCALE * 0.19**-0.75, rel=1e-5)
+
+
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e6])
 @pytest.mark.parametrize("loc", [0.0, 1e3, -1e3])
 def test_moments_scale_with_the_unit(unit, loc):

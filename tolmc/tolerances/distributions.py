@@ -294,8 +294,14 @@ class Scipy(Distribution):
 
     def _tails(self, dimension) -> tuple[float, float, float]:
         below, above = self._frozen.cdf(dimension.lower), self._frozen.sf(dimension.upper)
-        # In the upper tail the difference of what lies above the limits is the precise one.
-        inside = self._frozen.sf(dimension.lower) - above if below > 0.5 else self._frozen.cdf(dimension.upper) - below
+        # Within a tail the difference of that tail is the precise one. Across the middle neither tail is asked beyond
+        # it, where those that SciPy integrates numerically may miss the peak of the density.
+        if below > 0.5:
+            inside = self._frozen.sf(dimension.lower) - above
+        elif above > 0.5:
+            inside = self._frozen.cdf(dimension.upper) - below
+        else:
+            inside = 1.0 - below - above
         return float(below), float(above), float(inside)
 
     def check(self, dimension) -> None:
