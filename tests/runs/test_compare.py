@@ -1,6 +1,9 @@
 """Two runs side by side: what changed, and whether intervals of differences hold."""
 
+from dataclasses import replace
+
 import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 from small_study import GEOMETRY, write
@@ -9,6 +12,8 @@ import tolmc
 from tolmc.cli import main
 from tolmc.errors import InputError
 from tolmc.runs.compare import STATISTICS, compare_runs, difference
+from tolmc.tables.compare import comparison_blocks
+from tolmc.tables.table import Table
 
 
 @pytest.fixture(scope="module")
@@ -79,9 +84,27 @@ def test_compare_on_the_command_line(runs, tmp_path):
         "no difference shown",
     ):
         assert words in shown.stdout
+    places = [
+        shown.stdout.index(words)
+        for words in ("Requirements", "Any requirement broken", "Outputs", "Tilt angle ψ, mean")
+    ]
+    assert places == sorted(places)  # what was asked before all else
     page = (tmp_path / "both.html").read_text(encoding="utf-8")
     assert page.startswith("<!DOCTYPE html>") and page.count("<table>") == 3 and "http" not in page
     assert "is no run directory" in invoke(runs[0], tmp_path).stderr
+
+
+def test_outputs_with_limits_come_first_and_checks_of_the_integration_only_in_the_frame(runs):
+    found = compare_runs(*runs)
+    names = ["energy_error", "effective_radius", "tilt_angle"]
+    parts = [found.statistics.loc[["tilt_angle"]].rename(index={"tilt_angle": name}) for name in names]
+    blocks = comparison_blocks(replace(found, statistics=pd.concat(parts)))
+    (table,) = (block for block in blocks if isinstance(block, Table) and block.name == "statistics")
+    assert list(dict.fromkeys(str(row[0].content).split(",")[0] for row in table.rows)) == [
+        "Tilt angle ψ",
+        "Effective radius r",
+    ]
+    assert "energy_error" in table.frame.index
 
 
 def test_a_run_that_is_not_finished_is_refused(runs, tmp_path):

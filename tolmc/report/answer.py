@@ -13,6 +13,7 @@ from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
 from tolmc.study.study import Study
+from tolmc.tables.dimensions import drawn_class
 from tolmc.text import phrases, typeset
 
 #: Relative error of the contact forces by the model of the section from which on the answer warns of it.
@@ -33,12 +34,19 @@ class Answer:
 
 def question(study: Study) -> str:
     """What the study asks."""
-    names = [phrases.phrase(dimension.shown_name) for dimension in study.tolerances.varied]
+    names = [
+        " ".join(filter(None, (phrases.phrase(dimension.shown_name), _in_brackets(drawn_class(dimension)))))
+        for dimension in study.tolerances.varied
+    ]
     varied = f"the limits of {phrases.joined(names)}" if names else "the nominal dimensions"
     if not study.specification:
         return f"What do parts made to {varied} do to tilt and contact forces?"
     kept = phrases.joined(phrases.requirement(name, limits) for name, limits in study.specification.items())
     return f"Do parts made to {varied} keep {kept}?"
+
+
+def _in_brackets(text: str) -> str:
+    return f"({text})" if text else ""
 
 
 def answer(

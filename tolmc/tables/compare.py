@@ -20,8 +20,8 @@ def comparison_blocks(found: RunComparison) -> Iterator[Table | Note]:
         yield Note("The two studies say the same.")
     else:
         yield _study(found.study)
-    yield _statistics(found.statistics)
     yield _shares(found.shares)
+    yield _statistics(found.statistics, [str(name) for name in found.shares.index])
     yield Note("Differences are second less first, with 95 % intervals that take the runs as independent.")
 
 
@@ -31,10 +31,13 @@ def _study(changes: pd.DataFrame) -> Table:
     return Table("study_changes", columns, rows, title="What changed in the study", frame=changes)
 
 
-def _statistics(statistics: pd.DataFrame) -> Table:
+def _statistics(statistics: pd.DataFrame, limited: list[str]) -> Table:
+    """The outputs with limits first; what only checks the integration is in the frame alone."""
+    names = list(dict.fromkeys(statistics.index.get_level_values("output")))
+    shown = statistics.loc[sorted(names, key=lambda name: name not in limited)]
     rows = []
-    for (output, key), row in statistics.iterrows():
-        if pd.isna(row["difference"]):
+    for (output, key), row in shown.iterrows():
+        if pd.isna(row["difference"]) or (output in quantities.CHECKS and output not in limited):
             continue
         factor = quantities.shown(output)[1]
         estimates = [Estimated.of(row, part, factor) for part in ("first", "second", "difference")]

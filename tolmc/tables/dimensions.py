@@ -82,6 +82,14 @@ def _in_rpm(study: Study, name: str, *values: float) -> str:
     return f"{' to '.join(ends)} rpm"
 
 
+def drawn_class(dimension: Dimension) -> str:
+    """Size and tolerance class as a drawing has them, such as "⌀40 H7"; empty where the limits come from none."""
+    toleranced = dimension.toleranced_size
+    if toleranced is None or dimension.name not in _DRAWN_TWICE:
+        return ""
+    return f"{_DRAWN_TWICE[dimension.name]}{_class_text(fits.size_limits(toleranced)[0], toleranced)}"
+
+
 def _class_text(size: float, designation: str) -> str:
     """Size (m) and class as a drawing has them: ``40 H7``, however the study writes "⌀ 40mmH7"."""
     tolerance_class = re.sub(r"^\D*[\d.]+\s*(?:mm)?\s*", "", designation)
@@ -91,10 +99,11 @@ def _class_text(size: float, designation: str) -> str:
 def _on_drawing(dimension: Dimension, nominal: float, low: float, high: float) -> Cell:
     if dimension.name not in _DRAWN_TWICE:
         return Cell(NOTHING)
-    sign, toleranced = _DRAWN_TWICE[dimension.name], dimension.toleranced_size
-    if toleranced is not None:
-        return Cell(f"{sign}{_class_text(fits.size_limits(toleranced)[0], toleranced)}")
-    return Cell(f"{sign}{number(2 * nominal, 8)}", deviations=deviations(2 * nominal, 2 * low, 2 * high))
+    if drawn := drawn_class(dimension):
+        return Cell(drawn)
+    return Cell(
+        f"{_DRAWN_TWICE[dimension.name]}{number(2 * nominal, 8)}", deviations=deviations(2 * nominal, 2 * low, 2 * high)
+    )
 
 
 def constants_table(study: Study) -> Table:
