@@ -59,10 +59,18 @@ def watch(system: System, between: Between) -> Watcher:
     @routine
     def add(seen, reached, until, sums):
         """The integrals over one step."""
-        for row in range(4):
-            for lane in range(WIDTH):
-                more = seen[(SUM_D + row) * WIDTH + lane]
-                sums[row * WIDTH + lane] += more if reached <= until[lane] else 0.0
+        for lane in range(WIDTH):
+            d, d2, e, e2 = (
+                seen[SUM_D * WIDTH + lane],
+                seen[(SUM_D + 1) * WIDTH + lane],
+                seen[(SUM_D + 2) * WIDTH + lane],
+                seen[(SUM_D + 3) * WIDTH + lane],
+            )
+            counts = reached <= until[lane]
+            sums[lane] += d if counts else 0.0
+            sums[WIDTH + lane] += d2 if counts else 0.0
+            sums[2 * WIDTH + lane] += e if counts else 0.0
+            sums[3 * WIDTH + lane] += e2 if counts else 0.0
 
     @routine
     def turning(here, after):
