@@ -229,7 +229,10 @@ def _friction() -> tuple[Output, ...]:
     """What friction does at the closed contacts, impacts left out, what the drive of the spin gives, and what wears."""
 
     def row(name: str, kind: str, label: str, symbol: str, key: str, settled: str, when: str = "friction") -> Output:
-        return Output(name, kind, label, symbol, key, "statistics", when=when, settled=settled)
+        what, _, statistic = label.partition(", ")
+        word = {"max": "largest", "mean": "mean"}.get(statistic)
+        within = f"{word} {what[0].lower()}{what[1:]}" if word else ""
+        return Output(name, kind, label, symbol, key, "statistics", within, when=when, settled=settled)
 
     return (
         row("friction_torque_max", "torque", "Friction torque, max", "M_f", "FRICTION_TORQUE_MAX", "grows"),

@@ -200,7 +200,8 @@ def _contact(shares: pd.DataFrame, is_watched: bool, on_contact_loss: str) -> It
             f"{phrases.AFTER_LOSS[on_contact_loss]}."
         )
     elif is_watched and row["unknown"] < row["samples"]:
-        yield f"In none of {phrases.computed(row)} does the journal leave the wall."
+        seen = phrases.computed(row) if row["unknown"] else "the samples"
+        yield f"In none of {seen} does the journal leave the wall."
     if row["unknown"]:
         one = row["unknown"] == 1
         unknown = "1 sample" if one else f"{row['unknown']:,.0f} samples"
