@@ -27,12 +27,12 @@ def test_the_studies_of_the_repository_have_clearance(path):
 
 
 def test_conditions_that_close_the_clearance_are_noted(tmp_path):
-    hot = '[operating]\njournal_temperature = "120 °C"\njournal_expansion = 0.005\n[motion]'
+    hot = '[operating]\njournal_temperature = "1020 °C"\njournal_expansion = 0.0005\n[motion]'
     study = load_study(write(tmp_path, ("[motion]", hot)))
     drawn = smallest_clearance(study.tolerances)
-    assert smallest_clearance(study.tolerances, study.scene.scalars) == pytest.approx(drawn - 0.01 * 0.005 * 100)
+    assert smallest_clearance(study.tolerances, study.scene.scalars) == pytest.approx(drawn - 0.01 * 0.0005 * 1000)
     assert interference_note(study.tolerances, study.scene.scalars) is None
-    worn = study.scene.scalars | {"journal_expansion": 0.01}
+    worn = study.scene.scalars | {"journal_expansion": 0.001}
     assert "in operation" in interference_note(study.tolerances, worn)
 
 
