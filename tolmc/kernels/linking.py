@@ -28,7 +28,7 @@ class _Piece(JITCodeLibrary):
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         if not self.is_inlined:
-            # Inlined into the loops of a whole kernel, loops over lanes are no longer packed: half as fast again.
+            # Taken over by the loops of a whole kernel they make a motion with its statistics take half as long again.
             for function in self._final_module.functions:
                 if function.linkage == Linkage.external and not function.is_declaration:
                     function.add_function_attribute("noinline")
