@@ -138,7 +138,7 @@ def test_solid_cylinder():
     ],
 )
 def test_symmetry_about_the_journal_axis_is_recognised(body, symmetric):
-    assert body.is_symmetric == symmetric
+    assert body.is_symmetric is symmetric
 
 
 # Loads, Motion, Scene

@@ -259,3 +259,10 @@ def test_integration_stays_below_what_sampling_leaves(tmp_path):
     budget = statistics.error_budget(result.summary)
     forces = budget.loc[[name for name in budget.index if name.startswith("contact_force")]]
     assert (forces["integration"] < 0.1 * forces[["mean", "sd", "q50"]].min(axis=1)).all()
+
+
+def test_a_run_of_geometry_with_a_body_of_any_shape_is_written(tmp_path):
+    products = "inertia = [[4.08e-4, 0, 1e-6], [0, 4.08e-4, 0], [1e-6, 0, 1.2e-4]]"
+    study = load_study(write(tmp_path, *GEOMETRY, ("inertia = [4.08e-4, 4.08e-4, 1.2e-4]", products)))
+    run(study.replaced(samples=10), out=tmp_path / "run")
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["plan"]["features"]["spin"] is False

@@ -233,7 +233,7 @@ class Body:
     def is_symmetric(self) -> bool:
         """Whether the body is symmetric about the journal's axis: x_C = y_C = 0, J = diag(A, A, C)."""
         J = self.inertia
-        return (
+        return bool(
             self.center_of_mass[0] == 0
             and self.center_of_mass[1] == 0
             and J[0, 0] == J[1, 1]
