@@ -54,7 +54,7 @@ class Engine:
         found = self(f"arithmetic.predicted(kept, {json.dumps(sets)})")
         return dict(zip(self.names, map(np.array, found["outputs"]), strict=True)), found["found"]
 
-    def study(self, sets: dict) -> str:
-        """The study file of what is set."""
+    def study(self, sets: dict, asked: dict | None = None) -> str:
+        """The study file of what is set; asked: the ``target`` and the ``ends`` {min, max} of every output."""
         by_name = json.dumps({d["name"]: d for d in self.data["dimensions"]})
-        return self(f"studyText.study(data.source, data.slots, {by_name}, {json.dumps(sets)})")
+        return self(f"studyText.study(data, {by_name}, {json.dumps(sets)}, {json.dumps(asked)})")

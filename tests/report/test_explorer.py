@@ -13,6 +13,7 @@ import small_study
 from explorer_engine import Engine, data_of
 from places import STUDIES
 
+from tolmc import quantities, units
 from tolmc.allocation import explored
 from tolmc.allocation.explored import Explored, explore
 from tolmc.allocation.offers import Curve, zone
@@ -24,6 +25,7 @@ from tolmc.report.explorer.content import explorer_content
 from tolmc.report.write import write_report
 from tolmc.runs import directory as run_directory
 from tolmc.runs import run as monte_carlo
+from tolmc.statistics.rows import Rows
 from tolmc.study.study import Study
 from tolmc.tolerances.draw import from_unit, unit_points
 
@@ -92,15 +94,20 @@ class TestNumbers:
             np.testing.assert_allclose(values, expected[name], rtol=1e-12, err_msg=name)
 
         def kept(times):
-            shares = [
-                expected[name] <= limits["max"] - times * surrogate.held_out[name]
-                for name, limits in study.specification.items()
-            ]
-            return int(np.logical_and.reduce(shares).sum())
+            return np.logical_and.reduce(
+                [
+                    expected[name] <= limits["max"] - times * surrogate.held_out[name]
+                    for name, limits in study.specification.items()
+                ]
+            )
 
-        assert found["value"] == kept(0) / 2048
-        assert found["low"] == pytest.approx(wilson(kept(2), 2048)[0], rel=1e-12)
-        assert found["high"] == pytest.approx(wilson(kept(-2), 2048)[1], rel=1e-12)
+        def interval(events):
+            size = Rows("sobol").effective_count(events)
+            return wilson(events.mean() * size, size)
+
+        assert found["value"] == kept(0).mean()
+        assert found["low"] == pytest.approx(interval(kept(2))[0], rel=1e-12)
+        assert found["high"] == pytest.approx(interval(kept(-2))[1], rel=1e-12)
         assert found["low"] < found["value"] < found["high"]
 
     def test_follow_true_motions(self, directory, engine):
@@ -231,6 +238,13 @@ DIMENSIONS = {
 }  # fmt: skip
 
 
+REQUIREMENTS = {
+    "lines": '[specification]\ntarget = "99 %"  # of a lot\ntilt_angle = { max = "26 deg" }  # seen',
+    "a table": '[specification]\ntarget = 0.99\n[specification.tilt_angle]\nmax = "26 deg"',
+    "a dotted key": '[specification]\ntarget = 0.99\ntilt_angle.max = "26 deg"',
+}
+
+
 def engine_of(text: str) -> tuple[Engine, Study]:
     """The explorer of a study of which no motion is computed: the tilt is the sum of its dimensions."""
     study = load(text)
@@ -296,6 +310,43 @@ class TestStudyText:
         assert 'unbalance = "G12.6"' in found
         off = load(engine.study(engine.sets(center_of_mass_x=(1e-5, d["upper"])))).tolerances.varied[0]
         assert (off.lower, off.upper) == pytest.approx((1e-5, 1e-5 + d["upper"]))
+
+    @pytest.mark.parametrize("written", REQUIREMENTS)
+    def test_says_which_limits_are_set(self, written):
+        engine, study = engine_of(study_with(DIMENSIONS["as drawn"]) + REQUIREMENTS[written])
+        own = study.specification["tilt_angle"]["max"]
+        for low, high in ((None, 0.45), (0.1, own), (0.2, None), (None, None)):
+            asked = {"target": 0.97, "ends": [{"min": low, "max": high}]}
+            found = load(engine.study(engine.sets(bearing_radius=(0.02001, 0.0002)), asked))
+            given = {side: limit for side, limit in (("min", low), ("max", high)) if limit is not None}
+            assert found.target == 0.97
+            assert found.specification == ({"tilt_angle": pytest.approx(given)} if given else {})
+            assert found.tolerances.dimensions[0].upper == pytest.approx(0.02011)
+
+    def test_keeps_the_limits_lines_and_comments(self):
+        engine, study = engine_of(study_with(DIMENSIONS["as drawn"]) + REQUIREMENTS["lines"])
+        own = {"target": 0.99, "ends": [{"min": None, "max": study.specification["tilt_angle"]["max"]}]}
+        assert engine.study(engine.sets(), own) == study.source
+        found = engine.study(engine.sets(), {"target": 0.985, "ends": [{"min": None, "max": np.radians(25.5)}]})
+        assert found.endswith('target = "98.5 %"  # of a lot\ntilt_angle = { max = "25.5 deg" }  # seen')
+
+    def test_gives_limits_to_a_study_without(self):
+        engine, _ = engine_of(study_with(DIMENSIONS["as drawn"]))
+        found = load(engine.study(engine.sets(), {"target": 0.97, "ends": [{"min": None, "max": np.radians(25)}]}))
+        assert found.target == 0.97 and found.specification == {"tilt_angle": {"max": pytest.approx(np.radians(25))}}
+
+    @pytest.mark.parametrize("kind", [kind for kind in quantities.KINDS if not kind.startswith("temperature")])
+    def test_units_of_limits_are_read(self, kind):
+        name = next((row.name for row in quantities.OUTPUT_ROWS if row.kind == kind), None)
+        if name is None:
+            return
+        output = {"name": name, "unit": quantities.shown(name)[0], "factor": quantities.shown(name)[1]}
+        data = {"source": "", "slots": [], "target": 0.9, "requirements": {"lines": {}, "after": None}}
+        data["outputs"] = [output | {"min": None, "max": None}]
+        asked = {"target": 0.9, "ends": [{"min": 0.1234, "max": None}]}
+        text = Engine()(f"studyText.study({json.dumps(data)}, {{}}, {{}}, {json.dumps(asked)})")
+        written = tomllib.loads(text)["specification"][name]["min"]
+        assert units.read(written, quantities.unit(name)) == pytest.approx(0.1234, rel=1e-11)
 
     @pytest.mark.parametrize(
         ("value", "text"),

@@ -101,9 +101,9 @@ def test_a_slider_moved_by_keys_gives_pythons_numbers(open_page, directory):
     study = set_study(page)
     assert study.tolerances.dimensions[0].upper == pytest.approx(0.020057)
     outputs, kept = expected(directory, study)
-    shown = page.locator("#explorer .share").evaluate("(e) => ({ ...e.dataset })")
-    assert float(shown["value"]) == kept
-    assert float(shown["low"]) < kept < float(shown["high"])
+    share = shown(page)
+    assert float(share["value"]) == kept
+    assert float(share["low"]) < kept < float(share["high"])
     figures = page.locator("#explorer .output")
     assert figures.count() == len(outputs)
     for k in range(figures.count()):
@@ -128,6 +128,55 @@ def test_what_is_set_is_announced_and_taken_back(open_page):
     page.wait_for_function("(text) => document.querySelector('#explorer [aria-live]').textContent === text", arg=before)
     assert page.locator("#explorer textarea").input_value() == text
     assert page.locator("#explorer.changed").count() == 0
+
+
+def shown(page) -> dict[str, str]:
+    return page.locator("#explorer .share").evaluate("(e) => ({ ...e.dataset })")
+
+
+def test_limits_are_moved_by_keys_hand_and_number(open_page, directory):
+    page = open_page()
+    figure = page.locator('#explorer [data-output="tilt_angle"]')
+    field = page.get_by_role("spinbutton", name="Tilt angle ψ, largest allowed, deg")
+    slider = page.get_by_role("slider", name="Tilt angle ψ, largest allowed")
+    before = float(shown(page)["value"])
+
+    def judged() -> float:
+        """The limit that the study of what is set has; the share that keeps it is Python's."""
+        updated(page)
+        study = set_study(page)
+        limit = study.specification["tilt_angle"]["max"]
+        assert float(field.input_value()) == pytest.approx(np.degrees(limit), abs=1e-8)
+        assert float(shown(page)["value"]) == expected(directory, study)[1]
+        return limit
+
+    own = judged()
+    slider.focus()
+    for _ in range(3):
+        page.keyboard.press("ArrowLeft")
+    by_keys = judged()
+    assert by_keys < own and float(shown(page)["value"]) < before
+
+    figure.scroll_into_view_if_needed()
+    box = figure.locator("svg").bounding_box()
+    x = box["x"] + float(figure.locator("line.grip:not([hidden])").get_attribute("x1")) / 300 * box["width"]
+    page.mouse.move(x, box["y"] + 30)
+    page.mouse.down()
+    page.mouse.move(x - 20, box["y"] + 30, steps=2)
+    page.mouse.up()
+    assert judged() < by_keys
+
+    field.fill("60")
+    judged()
+    assert figure.locator(".aside.max").inner_text() == "≤ 60 →" and slider.is_hidden()
+    page.get_by_role("spinbutton", name="Share of the parts that is asked for, %").fill("12.5")
+    page.get_by_role("spinbutton", name="Tilt angle ψ, smallest allowed, deg").fill("20")
+    field.fill("")
+    updated(page)
+    asked = set_study(page)
+    assert asked.target == 0.125 and asked.specification["tilt_angle"] == {"min": pytest.approx(np.radians(20))}
+    page.get_by_role("button", name="Back to the study").click()
+    assert judged() == own and float(shown(page)["value"]) == before
 
 
 def test_every_control_has_a_name(open_page):

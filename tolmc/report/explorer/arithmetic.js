@@ -118,19 +118,32 @@ const arithmetic = (() => {
     return found;
   }
 
-  // How many parts keep every limit, each limit moved inwards by `margin` (negative: outwards) of its output.
+  // How many parts of each group keep every limit, each limit moved inwards by `margin` (negative: outwards) of its output.
   // limits: [{output (place in outputs), min, max (null: none), margin}]; usable: 0 where a part cannot be assembled.
   function conforming(outputs, limits, usable, times = 0) {
-    let count = 0;
+    const counts = new Float64Array(GROUPS);
     for (let i = 0; i < usable.length; i++) {
       let kept = usable[i];
       for (const { output, min, max, margin } of limits) {
         const value = outputs[output][i];
         if ((max !== null && !(value <= max - times * margin)) || (min !== null && !(value >= min + times * margin))) kept = 0;
       }
-      count += kept;
+      counts[i % GROUPS] += kept;
     }
-    return count;
+    return counts;
+  }
+
+  const total = (counts) => counts.reduce((sum, count) => sum + count, 0);
+
+  // How many independent parts would know the share of `counts` as well as parts of a Sobol' run do: from the scatter among its
+  // scramblings, whose few degrees of freedom count by the normal's 97.5 % quantile over Student's with 15 of them.
+  function effectiveCount(counts, parts) {
+    const share = total(counts) / parts, binomial = share * (1 - share);
+    if (!(binomial > 0)) return parts;
+    let squares = 0;
+    counts.forEach((count, group) => { squares += (count - share * Math.ceil((parts - group) / GROUPS)) ** 2; });
+    const variance = GROUPS / (GROUPS - 1) * squares / parts ** 2;
+    return (1.959963984540054 / 2.131449545559323) ** 2 * binomial / Math.max(variance, Math.min(binomial / parts, 1 / parts ** 2));
   }
 
   // Interval of a share from a count (Wilson 1927), z standard deviations wide; the numbers may be fractional.
@@ -141,13 +154,16 @@ const arithmetic = (() => {
     return [count === 0 ? 0 : Math.max(middle - half, 0), count === total ? 1 : Math.min(middle + half, 1)];
   }
 
-  // Share of the parts that keep every limit, with an interval of the sampling (`independent` parts) that holds the error of the
-  // polynomials too: limits moved by twice their held-out error, inwards for the lower end and outwards for the upper one.
+  // Share of the parts that keep every limit, with an interval of the sampling that holds the error of the polynomials too: limits
+  // moved by twice their held-out error, inwards for the lower end and outwards for the upper one. `independent`: how many of
+  // the parts stand for themselves; null for those of a Sobol' run.
   function yieldOf(outputs, limits, usable, independent) {
-    const total = usable.length, share = independent / total;
-    const least = wilson(share * conforming(outputs, limits, usable, 2), independent)[0];
-    const most = wilson(share * conforming(outputs, limits, usable, -2), independent)[1];
-    return { value: conforming(outputs, limits, usable) / total, low: least, high: most };
+    const parts = usable.length;
+    const bounds = (times) => {
+      const counts = conforming(outputs, limits, usable, times), size = independent ?? effectiveCount(counts, parts);
+      return wilson(size * total(counts) / parts, size);
+    };
+    return { value: total(conforming(outputs, limits, usable)) / parts, low: bounds(2)[0], high: bounds(-2)[1] };
   }
 
   // Mean, standard deviation, smallest and largest of the usable values.
@@ -231,7 +247,12 @@ const arithmetic = (() => {
     return found;
   }
 
-  // What the explorer keeps of its data: deviations and cells of the dimensions, limits by the places of their outputs.
+  // Limits by the places of their outputs, from {min, max} of every output.
+  const limitsOf = (outputs, ends = outputs) => ends
+    .map(({ min, max }, output) => ({ output, min, max, margin: outputs[output].margin }))
+    .filter(({ min, max }) => min !== null || max !== null);
+
+  // What the explorer keeps of its data: deviations and cells of the dimensions, the study's limits.
   function prepared(data) {
     const deviations = data.dimensions.map((d) => doubles(d.deviations));
     const classes = Math.max(2, Math.min(Math.floor(Math.sqrt(data.parts)), 256));
@@ -241,30 +262,29 @@ const arithmetic = (() => {
       classes,
       cells: deviations.map((x) => cells(x, classes, data.lot)),
       model: { ...data.model, coefficients: doubles(data.model.coefficients) },
-      limits: data.outputs
-        .map(({ min, max, margin }, output) => ({ output, min, max, margin }))
-        .filter(({ min, max }) => min !== null || max !== null),
+      limits: limitsOf(data.outputs),
     };
   }
 
   // Dimensions (columns) and outputs of all parts, which of them have a clearance, and the yield, for a nominal value and a width
-  // of every dimension: sets = {name: {nominal, width}}. `limitedAlone` leaves out the outputs without a limit.
-  function predicted(kept, sets, limitedAlone = false) {
+  // of every dimension: sets = {name: {nominal, width}}. `limits` in place of the study's; `limitedAlone` leaves out the outputs
+  // without one.
+  function predicted(kept, sets, limits = kept.limits, limitedAlone = false) {
     const columns = kept.dimensions.map((d, j) => values(kept.deviations[j], sets[d.name].nominal, sets[d.name].width));
     const column = (name) => {
       const place = kept.dimensions.findIndex((d) => d.name === name);
       return place < 0 ? new Float64Array(kept.parts).fill(kept.joint[name]) : columns[place];
     };
     const usable = withClearance(column("bearing_radius"), column("journal_radius"));
-    const outputs = predict(kept.model, columns, limitedAlone ? kept.limits.map(({ output }) => output) : undefined);
-    const limits = limitedAlone ? kept.limits.map((limit, output) => ({ ...limit, output })) : kept.limits;
-    return { columns, usable, outputs, found: yieldOf(outputs, limits, usable, kept.independent) };
+    const outputs = predict(kept.model, columns, limitedAlone ? limits.map(({ output }) => output) : undefined);
+    const placed = limitedAlone ? limits.map((limit, output) => ({ ...limit, output })) : limits;
+    return { columns, usable, outputs, found: yieldOf(outputs, placed, usable, kept.independent) };
   }
 
   // Cost of all zones that are priced.
   const costOf = (choices, sets) => choices.reduce((sum, choice) => sum + cost(choice, sets[choice.dimension].width), 0);
 
   return {
-    tiltAngle, effectiveRadius, shareOutside, conforming, wilson, summary, histogram, firstOrder, cost, costOf, prepared, predicted,
+    tiltAngle, effectiveRadius, shareOutside, summary, histogram, firstOrder, cost, costOf, limitsOf, prepared, predicted,
   };
 })();

@@ -103,15 +103,16 @@ def _data(
     target: float,
 ) -> dict[str, Any]:
     tolerances = study.tolerances
-    source, slots = study_slots(study.source, [d.name for d in tolerances.varied])
+    source, slots, requirements = study_slots(study.source, [d.name for d in tolerances.varied])
     lot = tolerances.lot_size or 1
     spin = abs(study.scene.scalars.get("spin_rate", 0.0))
     nominal = study.scene.scalars
     return {
         "parts": len(samples),
         "lot": 1 if study.sampling == "sobol" else lot,
-        "independent": len(samples) / (1.0 + (lot - 1) * tolerances.lot_correlation),
+        "independent": _independent(study, len(samples)),
         "target": target,
+        "targetMoves": "target_yield" not in study.allocation,
         "joint": {name: float(nominal[name]) for name in JOINT},
         "inOperation": study.scene.operating is not None,
         "dimensions": [_dimension(study, d, samples[d.name].to_numpy(float), surrogate) for d in tolerances.varied],
@@ -121,8 +122,16 @@ def _data(
         "motions": surrogate.motions,
         "choices": [_choice(*offer) for offer in _offers(study)],
         "source": source,
+        "requirements": asdict(requirements),
         "slots": [asdict(slot) | ({"spin": spin} if slot.word == "unbalance" else {}) for slot in slots],
     }
+
+
+def _independent(study: Study, parts: int) -> float | None:
+    """How many of the parts stand for themselves; None: their scramblings say, as in :class:`tolmc.statistics.rows.Rows`."""
+    if study.sampling == "sobol":
+        return None
+    return parts / (1.0 + ((study.tolerances.lot_size or 1) - 1) * study.tolerances.lot_correlation)
 
 
 def _unknown(study: Study, surrogate: Surrogate) -> str:
@@ -161,7 +170,8 @@ def _output(study: Study, name: str, surrogate: Surrogate, summary: pd.DataFrame
     return {
         "name": name,
         "label": quantities.label(name),
-        "unit": phrases.unit(name),
+        "unit": quantities.shown(name)[0],
+        "shownUnit": phrases.unit(name),
         "factor": quantities.shown(name)[1],
         "min": limits.get("min"),
         "max": limits.get("max"),

@@ -4,13 +4,16 @@
 (() => {
   const root = document.getElementById("explorer");
   const data = arithmetic.prepared(JSON.parse(document.getElementById("explorer-data").textContent));
-  const { dimensions, outputs, choices, limits, cells, classes } = data;
+  const { dimensions, outputs, choices, cells, classes } = data;
   const byName = Object.fromEntries(dimensions.map((d) => [d.name, d]));
 
   const BINS = 48, WIDTH = 300, HEIGHT = 84;
   const studySets = () => Object.fromEntries(
     dimensions.map((d) => [d.name, { nominal: d.nominal, width: d.upper - d.lower, size: d.size }]));
-  let sets = studySets();
+  // What is asked: smallest and largest allowed of every output (null: no limit), share of the parts that keep them.
+  const studyAsked = () => ({ ends: outputs.map(({ min, max }) => ({ min, max })), target: data.target });
+  let sets = studySets(), asked = studyAsked();
+  const limits = () => arithmetic.limitsOf(outputs, asked.ends);
 
   // ---- elements and numbers as people read them
 
@@ -161,45 +164,118 @@
     return `${path}V${HEIGHT}Z`;
   }
 
+  const SIDES = { min: ["\u2265", "smallest allowed"], max: ["\u2264", "largest allowed"] };
+
+  // Limits of an output: a line in its histogram and a slider below it, both to be moved, and a number.
+  function limitControls(output, place) {
+    const ends = asked.ends[place], factor = output.factor, unit = output.shownUnit;
+    let axis = null, held = false;
+    const atPlace = (share) => {
+      const { low, high, step } = axis;
+      return clean(Math.round((low + Math.min(Math.max(share, 0), 1) * (high - low)) / step) * step);
+    };
+    const take = (side, shown) => {
+      const own = output[side] !== null && Math.abs(shown - factor * output[side]) <= 1e-9 * Math.abs(shown);
+      asked.ends[place][side] = own ? output[side] : shown / factor;
+      changed();
+    };
+    const hold = (is) => () => {
+      held = is;
+      if (!is) changed();
+    };
+    const made = Object.entries(SIDES).map(([side, [sign, words]]) => {
+      const name = `${output.label}, ${words}`;
+      const line = element("line", { class: "limit", y1: 0, y2: HEIGHT }), grip = element("line", { class: "grip", y1: 0, y2: HEIGHT });
+      const beyond = element("rect", { class: "beyond", y: 0, height: HEIGHT });
+      const slider = element("input", { type: "range", "aria-label": name });
+      const field = element("input", { type: "number", step: "any", placeholder: "none", "aria-label": `${name}${unit ? `, ${unit}` : ""}` });
+      const aside = element("span", { class: `aside ${side}` });
+      grip.addEventListener("pointerdown", (event) => {
+        held = true;
+        grip.setPointerCapture(event.pointerId);
+        event.preventDefault();
+        slider.focus();
+      });
+      grip.addEventListener("pointermove", (event) => {
+        const box = grip.ownerSVGElement.getBoundingClientRect();
+        if (grip.hasPointerCapture(event.pointerId)) take(side, atPlace((event.clientX - box.left) / box.width));
+      });
+      grip.addEventListener("lostpointercapture", hold(false));
+      slider.addEventListener("pointerdown", hold(true));
+      slider.addEventListener("change", hold(false));
+      slider.addEventListener("input", () => take(side, Number(slider.value)));
+      field.addEventListener("input", () => {
+        const value = Number(field.value);
+        if (field.value === "" && !field.validity.badInput) {
+          asked.ends[place][side] = null;
+          changed();
+        } else if (Number.isFinite(value) && field.value !== "") take(side, value);
+      });
+      const show = () => {
+        const limit = asked.ends[place][side], { low, high, step } = axis;
+        const value = limit === null ? null : clean(factor * limit);
+        const outside = value === null ? 0 : value < low ? -1 : value > high ? 1 : 0;
+        [line, grip, slider].forEach((part) => part.toggleAttribute("hidden", value === null || outside !== 0));
+        beyond.toggleAttribute("hidden", value === null);
+        if (document.activeElement !== field) field.value = value ?? "";
+        aside.textContent = outside ? `${outside < 0 ? "\u2190 " : ""}${sign} ${number(value)}${outside > 0 ? " \u2192" : ""}` : "";
+        aside.classList.toggle("left", outside < 0);
+        if (value === null) return;
+        const x = Math.min(Math.max(WIDTH * (value - low) / (high - low), 0), WIDTH);
+        [line, grip].forEach((part) => ["x1", "x2"].forEach((end) => part.setAttribute(end, x)));
+        beyond.setAttribute("x", side === "max" ? x : 0);
+        beyond.setAttribute("width", side === "max" ? WIDTH - x : x);
+        Object.assign(slider, { min: low, max: high, step, value });
+        slider.setAttribute("aria-valuetext", `${number(value)} ${unit}`.trim());
+      };
+      field.addEventListener("blur", () => show());
+      return { side, sign, line, grip, beyond, slider, field, aside, show };
+    });
+    // Ends of the axis: the study's values with room, what is set, limits near them; whole steps, still while a limit is drawn.
+    const axisOf = (now, study) => {
+      if (held && axis) return axis;
+      const width = study.max - study.min || Math.abs(study.max) || 1;
+      const near = [output.min, output.max, ...Object.values(asked.ends[place])]
+        .filter((x) => x !== null && x > study.min - width && x < study.max + width);
+      const floor = study.min >= 0 ? 0 : -Infinity;
+      const low = factor * Math.min(Math.max(study.min - 0.5 * width, floor), now.min, ...near);
+      const high = factor * Math.max(study.max + 0.5 * width, now.max, ...near);
+      const step = round((high - low) / 200);
+      axis = { low: clean(Math.floor(low / step + 1e-9) * step), high: clean(Math.ceil(high / step - 1e-9) * step), step: clean(step) };
+      return axis;
+    };
+    const show = () => made.forEach((part) => part.show());
+    const fields = element("div", { class: "ends" }, ...made.flatMap(({ sign, field }) => [sign, field]), unit);
+    return { made, fields, axisOf, show };
+  }
+
   function panel(output, place) {
     const now = element("path", { class: "now" }), before = element("path", { class: "before" });
-    const ends = [output.min, output.max].map((limit) =>
-      (limit === null ? null : [limit, element("line", { class: "limit", y1: 0, y2: HEIGHT }), element("rect", { class: "beyond", y: 0, height: HEIGHT })]));
-    const drawn = ends.filter(Boolean).flatMap(([, line, beyond]) => [beyond, line]);
+    const ends = limitControls(output, place);
+    const of = (key) => ends.made.map((end) => end[key]);
     const picture = element("svg", { viewBox: `0 -2 ${WIDTH} ${HEIGHT + 3}`, role: "img", preserveAspectRatio: "none" },
-      ...drawn.filter((x) => x.tagName === "rect"), now, before, ...drawn.filter((x) => x.tagName === "line"));
+      ...of("beyond"), now, before, ...of("line"), ...of("grip"));
     const mean = element("span", { class: "mean" }), left = element("span"), right = element("span");
-    const middle = element("span", { class: "limits" });
     const bar = element("div", { class: "drivers", role: "img" }), names = element("p", { class: "small" });
     const error = 100 * output.margin / output.sd;
     const heldOut = `held-out error ${error < 0.001 ? "below 0.001" : number(error, 2)} % of the study's standard deviation`;
     const made = element("figure", { class: "output", "data-output": output.name },
       element("figcaption", {}, element("b", {}, ...labelled(output.label)), mean),
-      picture, element("div", { class: "axis" }, left, middle, right), bar, names, element("p", { class: "small soft" }, heldOut));
+      element("div", { class: "histogram" }, picture, ...of("aside"), ...of("slider")),
+      element("div", { class: "axis" }, left, ends.fields, right), bar, names, element("p", { class: "small soft" }, heldOut));
     const show = (values, first, usable, usableFirst) => {
       const s = arithmetic.summary(values, usable), t = arithmetic.summary(first, usableFirst);
-      const width = t.max - t.min || Math.abs(t.max) || 1;
-      const near = [output.min, output.max].filter((x) => x !== null && x > t.min - width && x < t.max + width);
-      const floor = t.min >= 0 ? 0 : -Infinity;
-      const low = Math.min(Math.max(t.min - 0.5 * width, floor), s.min, ...near), high = Math.max(t.max + 0.5 * width, s.max, ...near);
+      const axis = ends.axisOf(s, t), low = axis.low / output.factor, high = axis.high / output.factor;
       const counts = arithmetic.histogram(values, usable, low, high, BINS), old = arithmetic.histogram(first, usableFirst, low, high, BINS);
       const most = 1.04 * Math.max(...counts, ...old);
       now.setAttribute("d", outline(counts, most));
       before.setAttribute("d", outline(old, most));
-      ends.forEach((end, i) => {
-        if (!end) return;
-        const [limit, line, beyond] = end, x = Math.min(Math.max(WIDTH * (limit - low) / (high - low), 0), WIDTH);
-        line.setAttribute("x1", x);
-        line.setAttribute("x2", x);
-        beyond.setAttribute("x", i ? x : 0);
-        beyond.setAttribute("width", i ? WIDTH - x : x);
-      });
+      ends.show();
       const digits = places(output.factor * s.sd) + 1;
-      mean.textContent = `${fixed(output.factor * s.mean, digits)} \u00b1 ${fixed(output.factor * s.sd, digits)} ${output.unit}`.trim();
+      mean.textContent = `${fixed(output.factor * s.mean, digits)} \u00b1 ${fixed(output.factor * s.sd, digits)} ${output.shownUnit}`.trim();
       mean.title = "mean \u00b1 standard deviation";
-      left.textContent = fixed(output.factor * low, places(output.factor * (high - low)));
-      right.textContent = fixed(output.factor * high, places(output.factor * (high - low)));
-      middle.replaceChildren(...limitText(output));
+      left.textContent = fixed(axis.low, places(axis.high - axis.low));
+      right.textContent = fixed(axis.high, places(axis.high - axis.low));
       picture.setAttribute("aria-label", `Histogram of ${output.label}: mean ${mean.textContent} (standard deviation)`);
       Object.assign(made.dataset, { mean: s.mean, sd: s.sd, min: s.min, max: s.max });
       drivers(values, usable);
@@ -214,17 +290,10 @@
       bar.setAttribute("aria-label", `Drivers of ${output.label}: ${text}`);
       made.dataset.drivers = JSON.stringify(shares);
     };
-    return { made, show, isForemost: place < Math.max(limits.length, 3) };
+    return { made, show, isForemost: place < Math.max(data.limits.length, 3) };
   }
 
   const lower = (text) => text[0].toLowerCase() + text.slice(1);
-
-  function limitText(output) {
-    const words = [];
-    if (output.min !== null) words.push(`\u2265 ${number(output.factor * output.min)}`);
-    if (output.max !== null) words.push(`\u2264 ${number(output.factor * output.max)}`);
-    return words.length ? [`${words.join(", ")} ${output.unit}`] : [];
-  }
 
   // The joint to scale: bearing of radius R and length 2 L, journal of radius r at its largest tilt.
   function jointPicture() {
@@ -288,11 +357,14 @@
     const bottom = element("div", { class: "axis" }), words = element("figcaption");
     const head = element("text", { x: -5, y: 10 }), foot = element("text", { x: -5, y: 155 });
     picture.append(head, foot);
+    const made = element("figure", { class: "cost" }, element("figcaption", {}, element("b", {}, "Cost against yield")), picture, bottom, words);
     const show = (now) => {
+      made.hidden = limits().length === 0;
+      if (made.hidden) return;
       const here = costOf(sets), first = costOf(studySets());
       const curves = choices.map((choice) => choice.options.map((option) => {
         const set = withOption(choice, option);
-        return [costOf(set), predicted(set, true).found.value];
+        return [costOf(set), predicted(set, limits(), true).found.value];
       }));
       const all = curves.flat().filter(([c, y]) => Number.isFinite(c) && Number.isFinite(y));
       const known = Number.isFinite(here);
@@ -323,19 +395,21 @@
       picture.setAttribute("aria-label", `Yield over cost. ${words.textContent}`);
       picture.dataset.cost = here;
     };
-    return { made: element("figure", { class: "cost" }, element("figcaption", {}, element("b", {}, "Cost against yield")), picture, bottom, words), show };
+    return { made, show };
   }
 
   // ---- what is shown of a state
 
-  const predicted = (set, limitedAlone) => arithmetic.predicted(data, set, limitedAlone);
+  const predicted = (set, of = limits(), limitedAlone = false) => arithmetic.predicted(data, set, of, limitedAlone);
 
   const showing = [];
   const first = predicted(sets);
   const panels = outputs.map(panel);
   const joint = jointPicture();
-  const cost = choices.length && limits.length && !data.unknown ? costPicture() : null;
-  const share = element("output", { class: "share" }), interval = element("p"), verdict = element("b"), beside = element("p", { class: "small soft" });
+  const cost = choices.length && !data.unknown ? costPicture() : null;
+  const share = element("output", { class: "share" }), interval = element("span"), afterTarget = element("span"), verdict = element("b"), beside = element("p", { class: "small soft" });
+  const target = element("input", { type: "number", step: "any", min: 0, max: 100, "aria-label": "Share of the parts that is asked for, %" });
+  if (!data.targetMoves) target.readOnly = true;
   const warning = element("p", { class: "warning", hidden: "" });
   const status = element("p", { class: "unseen", role: "status", "aria-live": "polite" });
   const text = element("textarea", { readonly: "", rows: 14, "aria-label": "The study as it is set", spellcheck: "false" });
@@ -343,21 +417,33 @@
   function showYield({ found, usable }) {
     const assembled = usable.reduce((sum, x) => sum + x, 0);
     const fewer = assembled < usable.length ? ` ${number(100 * (1 - assembled / usable.length), 3)} % of the parts have no clearance.` : "";
-    if (!limits.length || data.unknown) {
+    const none = data.unknown || limits().length === 0;
+    [target, afterTarget, verdict.parentElement].forEach((part) => { part.hidden = none; });
+    beside.textContent = isStudy() ? "As in the study." : data.limits.length && !data.unknown ? `The study: ${percent(first.found)[0]} %.` : "";
+    if (none) {
       share.textContent = "\u2013";
-      const why = data.unknown ? `No yield: ${data.unknown} cannot be explored (see below).` : "The study sets no limit, so that there is no yield.";
+      const why = data.unknown ? `No yield: ${data.unknown} cannot be explored (see below).` : "No limit is set, so that there is no yield: give one below an output.";
       interval.replaceChildren(...labelled(why + fewer));
       return;
     }
-    const [value, low, high] = percent(found), target = number(100 * data.target, 6);
-    const tone = data.undecided ? ["open", "not decided: the section matters"] : found.low >= data.target ? ["good", "met"] : found.high < data.target ? ["bad", "not met"] : ["open", "not decided"];
+    const [value, low, high] = percent(found);
+    const tone = data.undecided ? ["open", "not decided: the section matters"] : found.low >= asked.target ? ["good", "met"] : found.high < asked.target ? ["bad", "not met"] : ["open", "not decided"];
     share.textContent = `${value} %`;
     Object.assign(share.dataset, { value: found.value, low: found.low, high: found.high });
-    interval.textContent = `of the parts keep every limit (${low} to ${high} %); ${target} % are asked for.${fewer}`;
+    interval.textContent = `of the parts keep every limit (${low} to ${high} %); `;
+    if (document.activeElement !== target) target.value = clean(100 * asked.target);
+    afterTarget.textContent = ` % are asked for.${fewer}`;
     verdict.textContent = tone[1];
     verdict.parentElement.className = `verdict ${tone[0]}`;
-    beside.textContent = isStudy() ? "As in the study." : `The study: ${percent(first.found)[0]} %.`;
   }
+
+  target.addEventListener("input", () => {
+    const wanted = Number(target.value) / 100;
+    if (!(wanted > 0 && wanted < 1)) return;
+    asked.target = Math.abs(wanted - data.target) <= 1e-12 ? data.target : wanted;
+    changed();
+  });
+  target.addEventListener("blur", () => { target.value = clean(100 * asked.target); });
 
   function showRange({ columns }) {
     const far = dimensions
@@ -369,7 +455,9 @@
     warning.textContent = `Outside of where the polynomials were trained: ${far.join("; ")}. What is grey is a guess: run the study.`;
   }
 
-  const isStudy = () => dimensions.every((d) => sets[d.name].nominal === d.nominal && sets[d.name].width === d.upper - d.lower);
+  const isStudy = () => asked.target === data.target
+    && outputs.every(({ min, max }, i) => asked.ends[i].min === min && asked.ends[i].max === max)
+    && dimensions.every((d) => sets[d.name].nominal === d.nominal && sets[d.name].width === d.upper - d.lower);
 
   function update() {
     const start = performance.now();
@@ -379,7 +467,7 @@
     panels.forEach(({ show }, i) => show(now.outputs[i], first.outputs[i], now.usable, first.usable));
     joint.show();
     showing.forEach((show) => show());
-    text.value = studyText.study(data.source, data.slots, byName, sets);
+    text.value = studyText.study(data, byName, sets, asked);
     root.classList.toggle("changed", !isStudy());
     root.dataset.milliseconds = performance.now() - start;
     later(now);
@@ -391,7 +479,8 @@
     clearTimeout(waiting);
     waiting = setTimeout(() => {
       if (cost) cost.show(now.found);
-      status.textContent = `${share.textContent} ${interval.textContent} ${verdict.textContent}. ${warning.hidden ? "" : warning.textContent}`;
+      const wanted = target.hidden ? "" : `${target.value}${afterTarget.textContent} ${verdict.textContent}.`;
+      status.textContent = `${share.textContent} ${interval.textContent}${wanted} ${warning.hidden ? "" : warning.textContent}`;
     }, 250);
   }
 
@@ -419,13 +508,14 @@
     const reset = element("button", { type: "button", id: "explorer-reset" }, "Back to the study");
     reset.addEventListener("click", () => {
       sets = studySets();
+      asked = studyAsked();
       changed();
     });
     const take = element("button", { type: "button", id: "explorer-copy" }, "Copy study");
     take.addEventListener("click", copy);
     const others = panels.filter(({ isForemost }) => !isForemost);
     document.getElementById("explorer-page").append(
-      element("div", { class: "yield" }, share, element("div", {}, interval, beside), element("span", { class: "verdict" }, verdict)),
+      element("div", { class: "yield" }, share, element("div", {}, element("p", {}, interval, target, afterTarget), beside), element("span", { class: "verdict" }, verdict)),
       warning, status,
       element("div", { class: "explored" },
         element("div", { class: "controls" }, ...dimensions.map(controls),

@@ -1,4 +1,4 @@
-"""Where a study file writes its dimensions: the lines that a changed study has others for."""
+"""Where a study file writes its dimensions and its limits: the lines that a changed study has others for."""
 
 from __future__ import annotations
 
@@ -35,20 +35,43 @@ class Slot:
     drops: tuple[int, ...] = ()
 
 
-def study_slots(source: str, names: Iterable[str]) -> tuple[str, list[Slot]]:
-    """The study file with a line for each of the dimensions ``names``, and these lines.
+@dataclass(frozen=True)
+class Requirements:
+    """Where a study file writes its [specification].
 
-    It is the study's own text where each dimension has a line in it, else the same study written anew.
+    Attributes
+    ----------
+    lines : {output, or target: (number of its line, comment at its end)}
+    after : number of the line below which others go; None: the study has no such section
+    """
+
+    lines: Mapping[str, tuple[int, str]]
+    after: int | None
+
+
+def study_slots(source: str, names: Iterable[str]) -> tuple[str, list[Slot], Requirements]:
+    """The study file with a line for each of the dimensions ``names`` and each limit, and these lines.
+
+    It is the study's own text where each of them has a line in it, else the same study written anew.
     """
     content = tomllib.loads(source)
     words = _words(content["dimensions"], names)
-    slots = _found(source, content["dimensions"], words)
-    if slots is None:
+    slots, requirements = _found(source, content, words), _requirements(source, content)
+    if slots is None or requirements is None:
         source = _rewritten(content)
-        slots = _found(source, content["dimensions"], words)
+        slots, requirements = _found(source, content, words), _requirements(source, content)
     if slots is None:  # a text of the study that no line holds
-        return source, []
-    return source, slots
+        slots = []
+    return source, slots, requirements or Requirements({}, None)
+
+
+def _requirements(source: str, content: Mapping[str, Any]) -> Requirements | None:
+    if "specification" not in content:
+        return Requirements({}, None)
+    lines, header = _lines(source, content, "specification")
+    if header is None or not set(content["specification"]) <= set(lines):
+        return None
+    return Requirements(lines, max([header, *(number for number, _ in lines.values())]))
 
 
 def _words(table: Mapping[str, Any], names: Iterable[str]) -> dict[str, tuple[str, ...]]:
@@ -68,8 +91,8 @@ def _words(table: Mapping[str, Any], names: Iterable[str]) -> dict[str, tuple[st
     return words
 
 
-def _found(source: str, table: Mapping[str, Any], words: Mapping[str, tuple[str, ...]]) -> list[Slot] | None:
-    lines = _lines(source, table)
+def _found(source: str, content: Mapping[str, Any], words: Mapping[str, tuple[str, ...]]) -> list[Slot] | None:
+    lines, _ = _lines(source, content, "dimensions")
     if not set(words) <= set(lines):
         return None
     own = {model_name(word): number for word, (number, _) in lines.items()}
@@ -85,20 +108,21 @@ def _found(source: str, table: Mapping[str, Any], words: Mapping[str, tuple[str,
     ]
 
 
-def _lines(source: str, table: Mapping[str, Any]) -> dict[str, tuple[int, str]]:
-    """{word: its line and the comment there} of the entries of [dimensions] that have a line of their own."""
-    found, section = {}, ""
+def _lines(source: str, content: Mapping[str, Any], table: str) -> tuple[dict[str, tuple[int, str]], int | None]:
+    """{word: its line and the comment there} of the entries of a table with a line of their own; the line of its header."""
+    found, header, section = {}, None, ""
     for number, line in enumerate(source.split("\n")):
-        if header := re.match(r"\s*\[([^\[\]]*)\]\s*(#.*)?$", line):
-            section = header[1].strip()
+        if title := re.match(r"\s*\[([^\[\]]*)\]\s*(#.*)?$", line):
+            section = title[1].strip()
+            header = number if section == table else header
         match = re.match(r"\s*([\w-]+)\s*=", line)
-        if section != "dimensions" or match is None or match[1] not in table:
+        if section != table or match is None or match[1] not in content[table]:
             continue
         for end in [*(place for place, sign in enumerate(line) if sign == "#"), len(line)]:
-            if _parsed(line[:end]) == {match[1]: table[match[1]]}:
+            if _parsed(line[:end]) == {match[1]: content[table][match[1]]}:
                 found[match[1]] = number, line[end:]
                 break
-    return found
+    return found, header
 
 
 def _parsed(line: str) -> dict[str, Any] | None:
@@ -109,10 +133,14 @@ def _parsed(line: str) -> dict[str, Any] | None:
 
 
 def _rewritten(content: Mapping[str, Any]) -> str:
+    by_line = [name for name in ("dimensions", "specification") if name in content]
     top = {key: value for key, value in content.items() if not isinstance(value, dict)}
-    rest = {key: value for key, value in content.items() if isinstance(value, dict) and key != "dimensions"}
-    lines = [f"{word} = {inline(value)}" for word, value in content["dimensions"].items()]
-    return "\n".join([tomli_w.dumps(top), "[dimensions]", *lines, "", tomli_w.dumps(rest)])
+    rest = {key: value for key, value in content.items() if isinstance(value, dict) and key not in by_line}
+    tables = [
+        "\n".join([f"[{name}]", *(f"{word} = {inline(value)}" for word, value in content[name].items()), ""])
+        for name in by_line
+    ]
+    return "\n".join([tomli_w.dumps(top), *tables, tomli_w.dumps(rest)])
 
 
 def inline(value: Any) -> str:

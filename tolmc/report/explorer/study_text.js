@@ -70,15 +70,42 @@ const studyText = (() => {
     return slot.names.map((name) => `${dimensions[name].word} = ${entry(dimensions[name], sets[name])}`);
   }
 
-  // The study file: its lines, those of dimensions that are set otherwise replaced, comments kept.
-  function study(source, slots, dimensions, sets) {
-    const text = source.split("\n");
-    for (const slot of slots) {
+  // Limits of an output as a study file has them: output (unit, factor, min and max of the study), ends {min, max}.
+  function limitEntry(output, ends) {
+    const words = ["min", "max"].filter((side) => ends[side] !== null).map((side) => `${side} = ${quantity(output.factor * ends[side], output.unit)}`);
+    return `${output.name} = { ${words.join(", ")} }`;
+  }
+
+  // [specification] in `text`, lines of the study file: those of other limits or of another target replaced or, where there were
+  // none, written below. asked: ends ({min, max} of every output), target.
+  function require(text, { lines: written, after }, outputs, studyTarget, asked) {
+    const fresh = [];
+    const put = (word, line) => {
+      if (!(word in written)) return fresh.push(line);
+      const [number, comment] = written[word];
+      text[number] = line && line + (comment ? `  ${comment}` : "");
+    };
+    if (asked.target !== studyTarget) put("target", `target = "${decimal(100 * asked.target)} %"`);
+    outputs.forEach((output, i) => {
+      const { min, max } = asked.ends[i];
+      if (min === output.min && max === output.max) return;
+      put(output.name, min === null && max === null ? null : limitEntry(output, asked.ends[i]));
+    });
+    if (fresh.length === 0) return;
+    if (after === null) text.push("[specification]", ...fresh, "");
+    else text[after] = [...(text[after] === null ? [] : [text[after]]), ...fresh].join("\n");
+  }
+
+  // The study file: its lines, those of dimensions and limits that are set otherwise replaced, comments kept.
+  function study(data, dimensions, sets, asked = null) {
+    const text = data.source.split("\n");
+    for (const slot of data.slots) {
       const instead = lines(slot, dimensions, sets);
       if (!instead) continue;
       text[slot.line] = instead.join("\n") + (slot.comment ? `  ${slot.comment}` : "");
       if (!instead[0].startsWith("fit =")) slot.drops.forEach((line) => { text[line] = null; });
     }
+    if (asked) require(text, data.requirements, data.outputs, data.target, asked);
     return text.filter((line) => line !== null).join("\n");
   }
 
