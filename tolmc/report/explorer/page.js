@@ -245,7 +245,7 @@
       return axis;
     };
     const show = () => made.forEach((part) => part.show());
-    const fields = element("div", { class: "ends" }, ...made.flatMap(({ sign, field }) => [sign, field]), unit);
+    const fields = element("div", { class: "ends" }, ...made.map(({ sign, field }) => element("label", {}, `${sign} `, field)), unit);
     return { made, fields, axisOf, show };
   }
 
