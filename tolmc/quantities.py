@@ -115,11 +115,20 @@ class Output(Quantity):
     ``settled``: what of its value holds where contact is lost before the motion has ended: "at start" and "at loss" all of
     it, "grows" that it is at least as large, "falls" at most as large, "at end" nothing.
     ``event``: it is the time of something that need not happen, and NaN says that it did not.
+    ``signed``: it may be negative.
     """
 
     when: str = ""
     settled: str = "at end"
     event: bool = False
+    signed: bool = False
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Between which values it always lies, SI unit: a tilt is no larger than a right angle, a share than 1."""
+        if self.signed or self.group == "derived":
+            return -math.inf, math.inf
+        return 0.0, {"angle": 0.5 * math.pi, "share": 1.0}.get(self.kind, math.inf)
 
 
 def _vector(
@@ -199,6 +208,7 @@ def _contact_force(end: str, statistic: str, word: str, settled: str = "at end")
     return Output(
         f"contact_force_{end}_{statistic}", "force", f"Contact force N_{end}, {statistic}", f"N_{end}",
         f"{end}_{statistic.upper()}", "statistics", f"{word} contact force N_{end}", settled=settled,
+        signed=statistic != "rms",
     )  # fmt: skip
 
 
@@ -228,11 +238,20 @@ def _impacts(end: str) -> tuple[Output, ...]:
 def _friction() -> tuple[Output, ...]:
     """What friction does at the closed contacts, impacts left out, what the drive of the spin gives, and what wears."""
 
-    def row(name: str, kind: str, label: str, symbol: str, key: str, settled: str, when: str = "friction") -> Output:
+    def row(
+        name: str,
+        kind: str,
+        label: str,
+        symbol: str,
+        key: str,
+        settled: str,
+        when: str = "friction",
+        signed: bool = False,
+    ) -> Output:
         what, _, statistic = label.partition(", ")
         word = {"max": "largest", "mean": "mean"}.get(statistic)
         within = f"{word} {what[0].lower()}{what[1:]}" if word else ""
-        return Output(name, kind, label, symbol, key, "statistics", within, when=when, settled=settled)
+        return Output(name, kind, label, symbol, key, "statistics", within, when=when, settled=settled, signed=signed)
 
     return (
         row("friction_torque_max", "torque", "Friction torque, max", "M_f", "FRICTION_TORQUE_MAX", "grows"),
@@ -242,11 +261,11 @@ def _friction() -> tuple[Output, ...]:
         row("slip_work_D", "energy", "Slip work at D", "N_D", "D_SLIP_WORK", "grows"),
         row("slip_work_E", "energy", "Slip work at E", "N_E", "E_SLIP_WORK", "grows"),
         row("slow_share", "share", "Share of time below the slip speed", "", "SLOW_SHARE", "at end"),
-        row("whirl_rate_mean", "angular velocity", "Whirl rate, mean", "", "WHIRL_RATE_MEAN", "at end"),
-        row("spin_end", "angular velocity", "Spin rate at the end", "Ω", "SPIN_END", "at end"),
-        row("drive_torque_max", "torque", "Drive torque, max", "M_d", "DRIVE_TORQUE_MAX", "grows", "driven"),
-        row("drive_torque_mean", "torque", "Drive torque, mean", "M_d", "DRIVE_TORQUE_MEAN", "at end", "driven"),
-        row("drive_power_mean", "power", "Drive power, mean", "P_d", "DRIVE_POWER_MEAN", "at end", "driven"),
+        row("whirl_rate_mean", "angular velocity", "Whirl rate, mean", "", "WHIRL_RATE_MEAN", "at end", signed=True),
+        row("spin_end", "angular velocity", "Spin rate at the end", "Ω", "SPIN_END", "at end", signed=True),
+        row("drive_torque_max", "torque", "Drive torque, max", "M_d", "DRIVE_TORQUE_MAX", "grows", "driven", True),
+        row("drive_torque_mean", "torque", "Drive torque, mean", "M_d", "DRIVE_TORQUE_MEAN", "at end", "driven", True),
+        row("drive_power_mean", "power", "Drive power, mean", "P_d", "DRIVE_POWER_MEAN", "at end", "driven", True),
         row("wear_rate", "volume rate", "Worn volume per time", "V̇", "WEAR_RATE", "at end", "wears"),
     )
 
@@ -284,16 +303,17 @@ OUTPUT_ROWS = (
     Output("momentum_error", "error", "Momentum error", row="MOMENTUM_ERROR", group="integration", when="momentum"),
     Output("spin_error", "error", "Spin error", row="SPIN_ERROR", group="integration", when="spin"),
     Output(
-        "energy_correction", "error", "Energy correction", row="ENERGY_CORRECTION", group="integration", when="project_energy"
+        "energy_correction", "error", "Energy correction", row="ENERGY_CORRECTION", group="integration", when="project_energy",
+        signed=True,
     ),
     *(
         Output(f"origin_{axis}_end", "length", f"Origin {axis} end", row=f"ORIGIN_{axis.upper()}", group="end",
-               when=ON_REQUEST)
+               when=ON_REQUEST, signed=True)
         for axis in "xy"
     ),
     *(
         Output(f"axis_{axis}_end", "component", f"Axis {axis} end", row=f"AXIS_{axis.upper()}", group="end",
-               when=ON_REQUEST)
+               when=ON_REQUEST, signed=True)
         for axis in "xyz"
     ),
 )  # fmt: skip

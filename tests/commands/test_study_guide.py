@@ -1,10 +1,12 @@
 """What `tolmc init`, `check`, `explain` and `schema` say is what the models read."""
 
+import re
 import shutil
 import subprocess
 import sys
 import tomllib
 import zipfile
+from pathlib import Path
 
 import jsonschema
 import pytest
@@ -13,10 +15,11 @@ from places import ROOT, STUDIES
 from small_study import TEXT, write
 
 import tolmc
-from tolmc import quantities
+from tolmc import quantities, units
 from tolmc.commands.explain import explain, markdown, study_schema
 from tolmc.commands.init import KINDS, example, write_example
 from tolmc.errors import InputError
+from tolmc.study.dimensions import DimensionsTable
 from tolmc.study.guide import guide
 from tolmc.tables.understood import notes, seconds, understood_blocks
 
@@ -97,6 +100,7 @@ def test_every_field_says_what_it_means():
 def test_everything_that_has_a_name_can_be_asked_for():
     for name in (*quantities.SCALARS, *quantities.OUTPUTS):
         assert quantities.label(name) in explain(name)
+        VALIDATOR.validate({**tomllib.loads(TEXT), **_example(name)})
     assert "[body] mass" in explain("body.mass") == explain("[body] mass")
     assert "optional" in explain("force_point") and "required" in explain("duration")
     with pytest.raises(InputError, match="did you mean 'gravity'"):
@@ -106,6 +110,21 @@ def test_everything_that_has_a_name_can_be_asked_for():
         explain("sag")
     contents = explain(None)
     assert all(f"[{table.name}]" in contents for table in guide(study_schema()) if table.name)
+
+
+_JOINT = tomllib.loads(TEXT)["dimensions"]
+
+
+def _example(name: str) -> dict:
+    """What `tolmc explain` gives as an example of a tolerance or a limit, read as a study is."""
+    match = re.search(r"\[(dimensions|specification)\] (\w+ = .+)$", explain(name), re.MULTILINE)
+    section, found = match[1], tomllib.loads(match[2])
+    if section == "dimensions":
+        assert name in DimensionsTable({**_JOINT, **found}, Path()).entries
+        return {section: {**_JOINT, **found}}
+    low, high = quantities.output(name).range
+    assert all(low < units.read(limit, quantities.unit(name)) < high for limit in found[name].values())
+    return {section: found}
 
 
 def test_check_says_what_it_understood(tmp_path):

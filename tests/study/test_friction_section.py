@@ -38,7 +38,7 @@ def test_a_drive_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("friction = 0.15", "friction = -0.15", "friction = -0.15 is out of range"),
+        ("friction = 0.15", "friction = -0.15", "friction = -0.15: expected a plain number >= 0"),
         ('"2 mm/s"', '"0 mm/s"', "slip_speed"),
         ('"2 mm/s"', '"2 mm"', "'mm' is not that of a speed"),
         ("[loads]", '[loads]\ndrive = "motor"', "constant speed"),

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
-from tolmc import quantities, units
+from tolmc import quantities
 from tolmc.allocation.study_table import AllocationSection, ChoiceSection
 from tolmc.errors import InputError
 from tolmc.quantities import OUTPUTS, SCALARS
@@ -16,6 +16,27 @@ from tolmc.study.drawing import MODEL_NAMES
 from tolmc.study.guide import FieldGuide, NamedTables, TableGuide, guide, json_schema
 
 _WIDTH = 100
+#: Tolerances and limits as a study has them, by the name of a quantity or, for all others, by what it measures.
+_TOLERANCES = {
+    "length": '"±0.05 mm"', "mass": '"±5 g"', "angle": '"±2 deg"', "frequency": '"±0.5 Hz"', "angular velocity": '"±30 rpm"',
+    "force": '"±50 N"', "torque": '"±0.02 N m"', "rate": '{ tolerance = "0.5 1/s" }', "acceleration": '"±0.05 m/s^2"',
+    "contact stiffness": '{ tolerance = "2e8 N/m^1.5" }', "inertia": '"±5 kg mm^2"', "speed": '"±0.01 m/s"',
+    "wear coefficient": '{ tolerance = "2e-7 mm^3/(N m)" }', "temperature": '"±10 K"',
+    "expansion": '{ tolerance = "1e-6 1/K" }',
+    "bearing_radius": '"20 ±0.05 mm"', "journal_radius": '"19.8 +0/-0.03 mm"', "half_length": '"20 ±0.1 mm"',
+    "slip_speed": '"±0.2 mm/s"', "friction": "{ tolerance = 0.03 }", "restitution": "{ tolerance = 0.1 }",
+    "slope_x": "{ tolerance = 0.001 }", "slope_y": "{ tolerance = 0.001 }",
+}  # fmt: skip
+_LIMITS = {
+    "length": 'max = "0.5 mm"', "angle": 'max = "0.5 deg"', "force": 'max = "50 N"', "torque": 'max = "0.2 N m"',
+    "speed": 'max = "0.1 m/s"', "impulse": 'max = "0.05 N s"', "energy": 'max = "2 J"', "power": 'max = "5 W"',
+    "angular velocity": 'max = "20 rad/s"', "volume rate": 'max = "0.5 mm^3/h"', "time": 'min = "0.5 s"', "count": "max = 20",
+    "share": 'max = "5 %"', "error": "max = 1e-6", "component": "max = 0.1",
+    "operating_bearing_radius": 'max = "20.1 mm"', "operating_journal_radius": 'min = "19.7 mm"',
+    "operating_half_length": 'min = "19.9 mm"', "contact_force_D_min": 'min = "1 N"', "contact_force_E_min": 'min = "1 N"',
+    "closed_share_D": 'min = "90 %"', "closed_share_E": 'min = "90 %"', "spin_end": 'min = "1450 rpm"',
+    "impact_energy_loss": 'max = "0.05 J"', "impact_force_D_max": 'max = "2 kN"', "impact_force_E_max": 'max = "2 kN"',
+}  # fmt: skip
 
 
 @cache
@@ -74,14 +95,14 @@ def _quantity(name: str) -> Iterator[str]:
         return
     shown, _ = quantities.shown(name)
     what = f"{name}: {quantities.label(name)}" + (f", shown in {shown}" if shown else "") + "."
-    example = units.example(quantities.unit(name))
+    kind = quantities.of(name).kind
     if name in MODEL_NAMES:
         half = f"the model takes {MODEL_NAMES[name]}, half of it"
         yield f'{what}\n  As on the drawing: [dimensions] {name} = "40 ±0.05 mm"; {half}.'
     elif name in SCALARS:
-        yield f'{what}\n  May have a tolerance: [dimensions] {name} = {{ tolerance = "{example}" }}'
+        yield f"{what}\n  May have a tolerance: [dimensions] {name} = {_TOLERANCES.get(name) or _TOLERANCES[kind]}"
     elif name in OUTPUTS:
-        yield f'{what}\n  An output; may have limits: [specification] {name} = {{ max = "{example}" }}'
+        yield f"{what}\n  An output; may have limits: [specification] {name} = {{ {_LIMITS.get(name) or _LIMITS[kind]} }}"
 
 
 def _of_tables(tables: list[TableGuide], asked: str) -> Iterator[str]:

@@ -403,7 +403,9 @@ class Scene:
     def check_has(self, name: str) -> None:
         """Raise ValueError if the scene has no such scalar: another kind of start, or no law of contact."""
         if name in CONTACT and getattr(self.joint, name) is None:
-            raise ValueError(f"Scene: {name} varies, but the joint has none; give Joint({name}=...).")
+            raise ValueError(
+                f"Scene: {name} varies, but the joint has none; give Joint({name}=...), in a study [contact] {name}."
+            )
         if name in (*SWINGING, *DRIVE) and name not in self.loads.scalars:
             what = "drive = tolmc.Oscillation(...)" if name in DRIVE else "force_terms or torque_terms"
             raise ValueError(f"Scene: {name} varies, but the loads have none; give Loads({what}).")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,7 @@ from tolmc.mechanism.scene import Body, Joint, Motion, Scene
 from tolmc.quantities import JOINT, MASS_AND_CENTER, START
 from tolmc.study.derived import Derived, read_outputs
 from tolmc.study.dimensions import DimensionsTable
-from tolmc.study.fields import Faults, OwnUnit, check_names, form, in_section, place, short, validated
+from tolmc.study.fields import Faults, OwnUnit, check_names, form, in_section, place, short, suggestion, validated
 from tolmc.study.sections import BodySection, LimitsSection, MotionSection, SpecificationSection, StudyFile
 from tolmc.study.unbalance import with_unbalance
 from tolmc.study.until import read_until
@@ -171,7 +172,14 @@ def _specification(
     table: dict[str, Any], outputs: list[str] | None, derived: tuple[Derived, ...]
 ) -> dict[str, dict[str, float]]:
     own = [output.name for output in derived]
-    check_names(table, (*quantities.OUTPUTS, *own, "target"), "specification")
+    allowed = (*quantities.OUTPUTS, *own, "target")
+    for name in table:
+        if name not in allowed and not suggestion(name, allowed):
+            raise Faults(
+                f"{place('specification', name)} = {short(table[name])} is the limit of an output that is not there; give it "
+                f'under [outputs], such as {name} = "800 mm * sin(tilt_angle)", or limit one of {", ".join(allowed)}.'
+            )
+    check_names(table, allowed, "specification")
     specification = {}
     for name, written in table.items():
         limits = validated(LimitsSection, written, "specification", name, context=OwnUnit.of(name))
@@ -181,7 +189,23 @@ def _specification(
         if given.get("min", -float("inf")) > given.get("max", float("inf")):
             low, high = short(written["min"]), short(written["max"])
             raise Faults(f"{place('specification', name)}: min = {low} is above max = {high}; exchange them.")
+        _check_reach(name, given, written)
         if outputs is not None and name not in outputs and name not in own:
             raise Faults(f"{place('specification', name)} is not among [monte_carlo] outputs; add it there.")
         specification[name] = given
     return specification
+
+
+def _check_reach(name: str, given: Mapping[str, float], written: Mapping[str, Any]) -> None:
+    """Faults where a limit lies where the output never is."""
+    output = quantities.output(name)
+    low, high = output.range
+    is_positive = output.kind in ("angle", "length")
+    for side, limit in given.items():
+        if not (limit > high if side == "min" else limit <= low if is_positive else limit < low):
+            continue
+        field = f"{place('specification', name, side)} = {short(written[side])}"
+        factor, unit = quantities.shown(name)[1], quantities.shown(name)[0]
+        reach = f"above {factor * low:g}" if is_positive else f"at least {factor * low:g}"
+        reach += f" {unit}".rstrip() if math.isinf(high) else f" and at most {factor * high:g} {unit}".rstrip()
+        raise Faults(f"{field}: no part could keep it, {name} is always {reach}; give a limit there, or leave it out.")

@@ -99,7 +99,7 @@ class DimensionsTable:
 
     def _correlation(self, table: dict[str, Any]) -> dict[tuple[str, str], float]:
         """``[correlation] bearing_radius.journal_radius = 0.5`` -> {(bearing_radius, journal_radius): 0.5}."""
-        names = (*self.words.values(), *self.words)
+        names = tuple(dict.fromkeys((*self.words.values(), *self.words)))
         check_names(table, names, "correlation")
         pairs = {}
         for first, row in table.items():

@@ -66,10 +66,13 @@ def form(info: FieldInfo) -> Form | None:
     return next((part for part in (*info.metadata, *optional) if isinstance(part, Form)), None)
 
 
-def quantity_schema(unit: str, *, positive: bool = False, most: float | None = None) -> dict[str, Any]:
+def quantity_schema(
+    unit: str, *, positive: bool = False, least: float | None = None, most: float | None = None
+) -> dict[str, Any]:
     """JSON schema of a quantity in the SI unit ``unit``."""
     schema = {"type": ["number", "string"], "examples": [units.example(unit)]}
-    return schema | ({"exclusiveMinimum": 0} if positive else {}) | ({} if most is None else {"maximum": most})
+    ends = {"exclusiveMinimum": 0 if positive else None, "minimum": least, "maximum": most}
+    return schema | {name: end for name, end in ends.items() if end is not None}
 
 
 def material(table: Mapping[str, float], unit: str):
@@ -100,27 +103,35 @@ def _several(item: Mapping[str, Any], count: int) -> dict[str, Any]:
 
 
 def quantity(
-    unit: str, *, positive: bool = False, most: float | None = None, example: str = "", remedy: str | None = None
+    unit: str,
+    *,
+    positive: bool = False,
+    least: float | None = None,
+    most: float | None = None,
+    example: str = "",
+    remedy: str | None = None,
 ):
-    """Type of a field in the SI unit ``unit``; ``most``: the largest value allowed."""
+    """Type of a field in the SI unit ``unit``; ``least`` and ``most``: the smallest and the largest value allowed."""
 
     shown = example or (f'"{units.example(unit)}"' if unit != "1" else "")
-    limit = "" if most is None else f" at most {most:g} {unit}".removesuffix(" 1")
-    words = (
-        f"{units.kind(unit)}{' > 0' if positive else ''}{' and' if positive and limit else ''}{limit}"
-        f"{f', such as {shown}' if shown else ''}"
-    )
+    ends = [
+        *(["> 0"] if positive else []),
+        *([] if least is None else [f"of at least {least:g} {unit}".removesuffix(" 1") if least else ">= 0"]),
+        *([] if most is None else [f"at most {most:g} {unit}".removesuffix(" 1")]),
+    ]
+    words = f"{' '.join([units.kind(unit), ' and '.join(ends)]).rstrip()}{f', such as {shown}' if shown else ''}"
 
     def read(value: object) -> float:
         number = units.read(value, unit)
-        if (positive and number <= 0) or (most is not None and number > most):
+        below = (positive and number <= 0) or (least is not None and number < least)
+        if below or (most is not None and number > most):
             raise ValueError(f"expected {words}")
         return number
 
     return Annotated[
         float,
         BeforeValidator(read),
-        Form(words, quantity_schema(unit, positive=positive, most=most), remedy or units.remedy(unit)),
+        Form(words, quantity_schema(unit, positive=positive, least=least, most=most), remedy or units.remedy(unit)),
     ]
 
 
@@ -140,7 +151,7 @@ def whole(lowest: int, highest: int):
     return Annotated[int, BeforeValidator(read), Form(words, schema)]
 
 
-def share(low: float):
+def share(low: float, example: str = "0.9973 or '99.73 %'"):
     """Type of a share between ``low`` and 1."""
 
     def read(value: object) -> float:
@@ -149,7 +160,7 @@ def share(low: float):
             raise ValueError(f"expected {words}")
         return number
 
-    words = f"a share between {low:g} and 1, such as 0.9973 or '99.73 %'"
+    words = f"a share between {low:g} and 1, such as {example}"
     return Annotated[float, BeforeValidator(read), Form(words, {"type": ["number", "string"]})]
 
 
@@ -343,6 +354,8 @@ def _sentence(model: type[Section], item: Mapping[str, Any], where: tuple[str, .
     field = place(*where, *loc) if where or len(loc) > 1 else str(loc[0])
     kind = item["type"]
     if kind == "missing":
+        if not where and len(loc) == 1 and loc[0] in _EXAMPLES:
+            return f"[{field}] is missing; add it with all it needs, [{field}] and below it such as {_EXAMPLES[field]}."
         written = form(_owner(model, loc).model_fields[loc[-1]])
         return f"{field} is missing; {written.remedy if written else 'add it'}."
     if kind == "extra_forbidden":

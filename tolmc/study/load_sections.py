@@ -17,7 +17,7 @@ class _Oscillation(Section):
 
     amplitude: quantity("rad")
     """Half of the whole swing: the body's turn is that of the spin_rate and amplitude sin(2 π frequency t + phase)."""
-    frequency: quantity("Hz")
+    frequency: quantity("Hz", least=0.0)
     """How many swings a second."""
     phase: quantity("rad") = 0.0
     """Phase at the start."""
@@ -29,7 +29,7 @@ class _ForceTerm(Section):
 
     amplitude: vector("N")
     """Its amplitude."""
-    frequency: quantity("Hz")
+    frequency: quantity("Hz", least=0.0)
     """Its frequency."""
     phase: quantity("rad") = 0.0
     """Its phase at the start."""

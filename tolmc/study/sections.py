@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, StrictBool, ValidationInfo
 
 from tolmc import quantities, units
-from tolmc.mechanism.operating import EXPANSION, HOTTEST, REFERENCE_TEMPERATURE
+from tolmc.mechanism.operating import ABSOLUTE_ZERO, EXPANSION, HOTTEST, REFERENCE_TEMPERATURE
 from tolmc.study.drawing import deviations
 from tolmc.study.fields import (
     OWN_UNIT,
@@ -33,6 +33,12 @@ from tolmc.study.load_sections import LoadsSection
 MAX_SAMPLES = 1_000_000_000
 #: A relative error beyond which no digit of a motion holds.
 MAX_ACCURACY = 0.1
+#: Numbers have 16 digits, of which every step takes its share.
+MIN_ACCURACY = 1e-14
+#: No pair of materials sticks like that.
+MAX_FRICTION = 10.0
+#: m²/N, 1 mm³ over a newton and a metre: a hundred times what tears a bearing apart.
+MAX_WEAR_COEFFICIENT = 1e-9
 #: Share of the parts that have to keep every limit, where a study does not say: ±3 sigma of a normal distribution.
 TARGET_YIELD = 0.9973
 
@@ -182,11 +188,11 @@ class _Contact(Section):
     impacts."""
     contact_stiffness: quantity("N/m^1.5", positive=True) | None = None
     """Hertz's stiffness K between journal and wall, F = K δ^1.5, for the peak forces of impacts."""
-    friction: quantity("1") = 0.0
+    friction: quantity("1", least=0.0, most=MAX_FRICTION, example="0.1") = 0.0
     """Coefficient of Coulomb friction between journal and wall; without restitution the motion ends where contact is lost."""
     slip_speed: quantity("m/s", positive=True) = 1e-3
     """Slip below which friction falls off with it: what it leaves of sticking is a creep of about this speed."""
-    wear_coefficient: quantity("m^2/N") = 0.0
+    wear_coefficient: quantity("m^2/N", least=0.0, most=MAX_WEAR_COEFFICIENT) = 0.0
     """Archard's k: worn volume over normal force times sliding distance, for `wear_rate` and `tolmc life`."""
 
 
@@ -285,7 +291,7 @@ class MonteCarloSection(Section):
     """Seed of the draw: the same seed gives the same samples, bit for bit."""
     workers: whole(1, 1024) = 2
     """Parallel workers; the numbers do not depend on it."""
-    accuracy: quantity("1", positive=True, most=MAX_ACCURACY, example="1e-6") | None = None
+    accuracy: quantity("1", least=MIN_ACCURACY, most=MAX_ACCURACY, example="1e-6") | None = None
     """Relative error of a motion that a pilot chooses the step for; 1e-7 when not given, in Sobol' runs 1e-8."""
     step: quantity("s", positive=True) | None = None
     """Step of the integration, in place of `accuracy`."""
@@ -339,20 +345,20 @@ class LimitsSection(Section):
 class OperatingSection(Section):
     """The joint in operation: what temperature and wear make of the dimensions on the drawing, which holds at 20 °C."""
 
-    bearing_temperature: quantity("°C", most=HOTTEST) = REFERENCE_TEMPERATURE
+    bearing_temperature: quantity("°C", least=ABSOLUTE_ZERO, most=HOTTEST) = REFERENCE_TEMPERATURE
     """Temperature of the bearing."""
-    journal_temperature: quantity("°C", most=HOTTEST) = REFERENCE_TEMPERATURE
+    journal_temperature: quantity("°C", least=ABSOLUTE_ZERO, most=HOTTEST) = REFERENCE_TEMPERATURE
     """Temperature of the journal."""
     bearing_expansion: material(EXPANSION, "1/K") = 0.0
     """Linear expansion of the bearing, or of the bush."""
     journal_expansion: material(EXPANSION, "1/K") = 0.0
     """Linear expansion of the journal."""
-    bush_wall: quantity("m") = 0.0
+    bush_wall: quantity("m", least=0.0, example='"2 mm"') = 0.0
     """Wall of a thin bush pressed into a stiff housing: its bore closes by 6 α ΔT times the wall. 0: the bearing
     grows freely."""
-    bearing_wear: quantity("m") = 0.0
+    bearing_wear: quantity("m", least=0.0, example='"0.05 mm"') = 0.0
     """Depth worn off the bore, on the radius."""
-    journal_wear: quantity("m") = 0.0
+    journal_wear: quantity("m", least=0.0, example='"0.05 mm"') = 0.0
     """Depth worn off the journal, on the radius."""
 
 
@@ -363,7 +369,7 @@ class LifeSection(Section):
     """Running time up to which the wear is followed, such as "2000 h"."""
     steps: whole(1, 10_000) | None = None
     """Steps of equal length in which it is followed, each a study of its own; chosen on the nominal joint when not given."""
-    broken_share: share(0.0) = 0.05
+    broken_share: share(0.0, "0.05 or '5 %'") = 0.05
     """Share of the parts that may break a limit: the life is the running time until then."""
     journal_share: _Part = 0.0
     """Share of the worn volume that the journal loses, all round; the bore loses the rest."""

@@ -1,4 +1,4 @@
-"""What a study says that can be computed and is hardly meant: another unit, angles in degrees that were taken for radians."""
+"""What a study says that can be computed and is hardly meant: another unit, degrees for radians, sizes out of proportion."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ _BORE, _LENGTH = 10.0, 100.0
 _LARGEST = {"angle": 2.0 * math.pi, "length": 1.0, "acceleration": 100.0}
 #: Angle between the journal's two ends, rad, below which it lies parallel to the bore.
 _PARALLEL = 1e-6
+#: Beyond these, values that no bearing is known to have: friction, slip speed (m/s), Archard's coefficient (m²/N), speed of the
+#: journal's surface (m/s), linear expansion (1/K).
+_FRICTION, _SLIP_SPEED, _WEAR, _SURFACE_SPEED, _EXPANSION = 1.0, 0.1, 1e-11, 300.0, (-1e-5, 3e-4)
 _MEANT = {"angle": "deg", "length": "mm", "acceleration": "mm/s^2"}
 
 
@@ -31,6 +34,9 @@ def slips(study: Study) -> Iterator[str]:
             of = f"journal_radius = {_mm(joint.journal_radius)}"
             yield f"{name} = {_mm(value)} is {size} {of}. If that is not meant, check the units."
     yield from _parallel_start(study)
+    yield from _idle_limits(study)
+    yield from _contact(study)
+    yield from _operating(study)
     for where, name, value in _bare_numbers(tomllib.loads(study.source)):
         kind = quantities.of(name).kind
         if kind in _LARGEST and abs(value) > _LARGEST[kind]:
@@ -48,6 +54,61 @@ def _parallel_start(study: Study) -> Iterator[str]:
             "tilt_max is the largest tilt that the motion reaches, and the motion starts without any (alpha = beta). For the "
             "tilt that the clearance allows write tilt_angle."
         )
+
+
+def _idle_limits(study: Study) -> Iterator[str]:
+    """Limits that every part keeps, or that the motion is too short for."""
+    for name, limits in study.specification.items():
+        output = quantities.output(name)
+        low, high = output.range
+        for side, limit in limits.items():
+            unit, factor = quantities.shown(name)
+            field = f"{place('specification', name, side)} = {factor * limit:.6g} {unit}".rstrip()
+            if limit <= low if side == "min" else limit >= high:
+                yield f"{field} says nothing: every part keeps it."
+            if output.event and limit > study.scene.duration:
+                yield f"{field} is later than the motion ends, after {study.scene.duration:g} s: what happens then is not seen."
+    for derived in study.derived:
+        if not derived.names:
+            yield f"{place('outputs', derived.name)} is the same number for all parts: no dimension or derived is in it."
+
+
+def _contact(study: Study) -> Iterator[str]:
+    scene, joint = study.scene, study.scene.joint
+    if joint.friction > _FRICTION:
+        yield f"friction = {joint.friction:g} is more than dry metals have, 0.1 to 0.8."
+    if joint.friction and joint.slip_speed > _SLIP_SPEED:
+        yield (
+            f"slip_speed = {joint.slip_speed:g} m/s: below it friction falls off with the slip, so that it should be far below "
+            "the speeds of the motion. 1 mm/s is usual."
+        )
+    if joint.wear_coefficient > _WEAR:
+        wear = 1e9 * joint.wear_coefficient
+        yield f"wear_coefficient = {wear:.3g} mm³/(N m) is more than severe wear, 0.001 to 0.01 mm³/(N m)."
+    weight = scene.body.mass * math.hypot(*scene.loads.gravity) + math.hypot(*(scene.loads.force or (0.0,)))
+    if joint.contact_stiffness is not None:
+        gives = (weight / joint.contact_stiffness) ** (2.0 / 3.0)
+        if gives > joint.approximate_radius:
+            yield (
+                f"contact_stiffness = {joint.contact_stiffness:.3g} N/m^1.5: under {weight:.3g} N the contact gives way by "
+                f"{_mm(gives)}, more than the clearance. Steel has 1e9 to 1e11."
+            )
+    speed = abs(scene.motion.spin_rate) * joint.journal_radius
+    if speed > _SURFACE_SPEED:
+        yield f"spin_rate = {scene.motion.spin_rate:.4g} rad/s is {speed:.3g} m/s at the journal's surface. Check the unit."
+
+
+def _operating(study: Study) -> Iterator[str]:
+    operating = study.scene.operating
+    if operating is None:
+        return
+    for name in ("bearing_expansion", "journal_expansion"):
+        value = float(operating.scalars[name])
+        if not _EXPANSION[0] <= value <= _EXPANSION[1]:
+            yield f"{name} = {value:g} 1/K is no metal's or plastic's: steel has 12e-6, PTFE 170e-6."
+    if operating.bush_wall > study.scene.joint.bearing_radius:
+        wall = _mm(operating.bush_wall)
+        yield f"bush_wall = {wall} is thicker than its bore's radius. A bush that grows freely has bush_wall = 0."
 
 
 def _mm(length: float) -> str:

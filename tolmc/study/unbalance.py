@@ -12,6 +12,8 @@ from typing import Any
 
 from tolmc.study.fields import Faults, place, short
 
+# mm/s; the coarsest grade of the standard, of large slow marine engines.
+_LARGEST = 4000
 _GRADE = re.compile(r"\s*G\s*(\d+(?:\.\d+)?)\s*")
 
 
@@ -35,8 +37,10 @@ def with_unbalance(
     written = table.pop("unbalance")
     field = f"{place('dimensions', 'unbalance')} = {short(written)}"
     match = _GRADE.fullmatch(written) if isinstance(written, str) else None
-    if match is None or float(match[1]) == 0:
-        raise Faults(f'{field} is no balance grade; write one of ISO 21940-11, such as "G6.3" (mm/s).')
+    if match is None or not 0 < float(match[1]) <= _LARGEST:
+        raise Faults(
+            f'{field} is no balance grade; write one of ISO 21940-11, "G0.4" to "G{_LARGEST}", such as "G6.3" (mm/s).'
+        )
     if spin_rate == 0:
         raise Faults(f"{field} needs a rotor that turns; give {place('motion', 'spin_rate')}.")
     double = [f"[dimensions] {name}" for name in ("center_of_mass_x", "center_of_mass_y") if name in table]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tolmc.mechanism.checks import finite_number, set_frozen
-from tolmc.quantities import DRAWN, JOINT, SCALARS
+from tolmc.quantities import DRAWN, JOINT, SCALARS, SWINGING
 from tolmc.tolerances import fits
 from tolmc.tolerances import unit_cube as _sampling
 from tolmc.tolerances.correlation import Pairs, correlation_matrix, is_semidefinite, lower_factor, worst_pair
@@ -25,7 +25,11 @@ from tolmc.tolerances.distributions import Distribution, Normal
 
 SCRAMBLINGS = _sampling.SCRAMBLINGS
 
-_POSITIVE = ("bearing_radius", "journal_radius", "half_length", "mass")
+_POSITIVE = ("bearing_radius", "journal_radius", "half_length", "mass", "contact_stiffness", "slip_speed")
+_NOT_NEGATIVE = (
+    "restitution", "friction", "wear_coefficient", "bush_wall", "bearing_wear", "journal_wear", "drive_frequency",
+    *(name for name in SWINGING if name.endswith("_frequency")),
+)  # fmt: skip
 
 # Halves of what a drawing gives and ISO 286 tolerates: bore, journal diameter, bearing length.
 _HALVES = JOINT
@@ -109,18 +113,26 @@ class Dimension:
     def _check_limits(self) -> None:
         if self.lower > self.upper:
             raise ValueError(
-                f"{self._owner}: lower = {self.lower!r} is above upper = {self.upper!r}; exchange the limits."
+                f"{self._owner}: lower = {self.lower:.10g} is above upper = {self.upper:.10g}; exchange the limits."
             )
         if not self.is_varied and self.lower != self.nominal:
             raise ValueError(
                 f"{self._owner}: lower = upper = {self.lower!r} differs from nominal = {self.nominal!r}; "
                 "allowed: the three equal, for no tolerance. Give the nominal that value, or a tolerance."
             )
-        if self.name in _POSITIVE and min(self.lower, self.nominal) <= 0:
-            raise ValueError(
-                f"{self._owner}: nominal = {self.nominal!r}, limits {self.lower!r} to {self.upper!r}; "
-                "allowed: > 0. Check the units and the signs of the deviations."
-            )
+        least, most = min(self.lower, self.nominal), max(self.upper, self.nominal)
+        if self.name in _POSITIVE and least <= 0:
+            allowed = "> 0"
+        elif self.name in _NOT_NEGATIVE and least < 0:
+            allowed = ">= 0"
+        elif self.name == "restitution" and most > 1:
+            allowed = "0 to 1"
+        else:
+            return
+        raise ValueError(
+            f"{self._owner}: nominal = {self.nominal:.10g}, limits {self.lower:.10g} to {self.upper:.10g}; "
+            f"allowed: {allowed}. Check the units and the signs of the deviations, or narrow the tolerance."
+        )
 
     def _check_toleranced_size(self, toleranced_size: str) -> None:
         limits = _class_limits(self.name, toleranced_size)

@@ -120,8 +120,8 @@ class Normal(Distribution):
         mean, sd = self.process(dimension)
         if not dimension.lower <= mean <= dimension.upper or sd <= 0:
             raise ValueError(
-                f"Dimension {dimension.name}: mean = {mean!r} of the normal distribution is out of range; "
-                f"allowed: {dimension.lower!r} to {dimension.upper!r}, with cpk strictly between. Give a "
+                f"Dimension {dimension.name}: mean = {mean:.10g} of the normal distribution is out of range; "
+                f"allowed: {dimension.lower:.10g} to {dimension.upper:.10g}, with cpk strictly between. Give a "
                 "mean within the limits."
             )
         if self.truncated and sd > 100 * (dimension.upper - dimension.lower):
@@ -194,8 +194,8 @@ class Triangular(Distribution):
         mode = self._mode(dimension)
         if not dimension.lower <= mode <= dimension.upper:
             raise ValueError(
-                f"Dimension {dimension.name}: mode = {mode!r} of the triangular distribution is out of "
-                f"range; allowed: {dimension.lower!r} to {dimension.upper!r}. Give a mode within the limits."
+                f"Dimension {dimension.name}: mode = {mode:.10g} of the triangular distribution is out of "
+                f"range; allowed: {dimension.lower:.10g} to {dimension.upper:.10g}. Give a mode within the limits."
             )
 
     def quantile(self, p, q, dimension):
