@@ -1,11 +1,12 @@
 """Random scenes from sane to absurd through ``simulate_many``; damaged files and odd surroundings through the command line.
 
-    python studies/fuzz.py [--quick] [--samples 100000] [--scenes 2000] [--files 1000] [--seed 2026]
+    python studies/fuzz.py [--quick] [--samples 100000] [--flights 100000] [--scenes 2000] [--files 1000] [--seed 2026]
 
-Samples vary every scalar in large ensembles, some with values that are no numbers; scenes are single motions with options
-of every kind; study files are the studies of this folder with random damage. Nothing may raise or warn; a sample with
-status "ok" has finite and consistent statistics, errors within the stated accuracy, and, where every sample is checked by
-step halving, the values of a much finer step. Prints how often each status came, and fails on the first fault of each kind.
+Samples vary every scalar in large ensembles, some with values that are no numbers; flights start within the clearance and hit
+the wall, on both sections; scenes are single motions with options of every kind; study files are the studies of this folder
+with random damage. Nothing may raise or warn; a sample with status "ok" has finite and consistent statistics, errors within
+the stated accuracy, and, where every sample is checked by step halving, the values of a much finer step. Prints how often
+each status came, and fails on the first fault of each kind.
 """
 
 from __future__ import annotations
@@ -14,15 +15,17 @@ import sys
 import tempfile
 import warnings
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from fuzz_files import cases
-from fuzz_scenes import KINDS, LEVELS, SYMMETRIC, samples, scene
+from fuzz_scenes import KINDS, LEVELS, SYMMETRIC, flights, samples, scene
 from rich.progress import track
 from study_tools import ROOT, arguments, show
 
+from tolmc.mechanism.scene import Motion
 from tolmc.quantities import ALWAYS, GEOMETRY
 from tolmc.simulation.ensemble import simulate_many
 from tolmc.simulation.judge import STATUSES
@@ -34,6 +37,14 @@ DYNAMIC = [name for name in NUMBERS if name not in GEOMETRY]
 STATISTICS = [name for name in NUMBERS if name.startswith(("contact_force", "tilt_max"))]
 #: Of a wall that holds the journal; "follow" is one's that only pushes.
 ON_CONTACT_LOSS = ("stop", "continue", "end")
+#: What an impact leaves.
+BLOWS = (
+    ("impacts", ""),
+    ("impulse", "_max"),
+    ("impulse", "_total"),
+    ("impact_speed", "_max"),
+    ("impact_force", "_max"),
+)
 ACCURACY = 1e-4
 STEPS = 200
 
@@ -123,6 +134,49 @@ def fuzz_samples(report: Report, rng: np.random.Generator, count: int) -> None:
             )
 
 
+def impact_faults(result: pd.DataFrame, section: str, accuracy: float) -> dict[str, np.ndarray]:
+    """The same of motions that leave the wall."""
+    ok = (result.status == "ok").to_numpy()
+    radius = result.effective_radius if section == "circle" else result.bearing_radius - result.journal_radius
+    shares = result.closed_share_D + result.closed_share_E + result.free_share
+    found = {
+        "unknown status": ~result.status.isin(STATUSES),
+        "energy not kept": ok & ~(result.energy_error <= accuracy),
+        "penetration": ok & ~(result.constraint_error <= 1e-10),
+        "tilt beyond the largest": ok & ~(result.tilt_max <= np.arctan2(radius, result.half_length) * (1 + 1e-9)),
+        "impacts that give energy": ok & ~(result.impact_energy_loss >= -1e-12 * np.maximum(result.mass, 1.0)),
+        "shares of time that are none": ok & ~shares.between(1 - 1e-9, 2 + 1e-9),
+    }
+    for side in "DE":
+        blows = result[[f"{name}_{side}{end}" for name, end in BLOWS]]
+        lowest, untouched = result[f"contact_force_{side}_min"], result[f"closed_share_{side}"] == 0
+        found[f"negative impulse or force at {side}"] = ok & ((blows < 0).any(axis=1) | (lowest < 0))
+        found[f"forces at {side} without contact"] = ok & (lowest.isna() != untouched)
+        found[f"impacts at {side} without impulse"] = ok & (result[f"impacts_{side}"] > 0) & (blows.iloc[:, 1] <= 0)
+    return {rule: np.asarray(rows) for rule, rows in found.items()}
+
+
+def fuzz_flights(report: Report, rng: np.random.Generator, count: int) -> None:
+    """Motions with impacts of every kind of body and load on both sections."""
+    groups = [(kind, section) for kind in KINDS for section in ("circle", "exact")]
+    start = Motion.free((0, 0), (0, 0), spin_rate=80.0)
+    for kind, section in track(groups, description="flights", disable=not sys.stdout.isatty()):
+        columns = flights(rng, max(1, count // len(groups)), kind)
+        joint = replace(SYMMETRIC.joint, restitution=0.5, contact_stiffness=1e9, section=section)
+        scene = replace(SYMMETRIC, joint=joint, motion=start)
+        dimensions = {name: columns.pop(name) for name in DIMENSIONS}
+        varied = dimensions | columns
+        result = simulate_many(
+            scene, **dimensions, parameters=columns, step=scene.duration / (4 * STEPS), accuracy=1e-6
+        )
+        result = result.assign(mass=varied.get("mass", scene.body.mass))
+        report.add(f"flights, {kind}, {section}", result.status)
+        report.check(
+            impact_faults(result, section, 1e-6),
+            lambda row, result=result, kind=kind, section=section: f"{kind}, {section}\n{result.iloc[row].to_dict()}",
+        )
+
+
 def fuzz_scenes(report: Report, rng: np.random.Generator, count: int) -> None:
     """Single scenes with random options, in the paper's formulations too."""
     for _ in track(range(count), description="scenes ", disable=not sys.stdout.isatty()):
@@ -167,6 +221,7 @@ def main() -> None:
     options = arguments(
         __doc__,
         samples=whole | {"default": 100_000, "help": "samples in ensembles (default 100,000)"},
+        flights=whole | {"default": 100_000, "help": "motions with impacts (default 100,000)"},
         scenes=whole | {"default": 2000, "help": "single scenes (default 2,000)"},
         files=whole | {"default": 1000, "help": "damaged study files, CSV files and surroundings (default 1,000)"},
         seed=whole | {"default": 2026},
@@ -176,6 +231,7 @@ def main() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         fuzz_samples(report, rng, options.samples // share)
+        fuzz_flights(report, rng, options.flights // share)
         fuzz_scenes(report, rng, options.scenes // share)
         fuzz_files(report, rng, options.files // share)
     report.show()

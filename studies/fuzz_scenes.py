@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from tolmc.mechanism.geometry import effective_radius
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
 from tolmc.quantities import JOINT
 
@@ -66,6 +67,25 @@ def samples(
     for name in ("alpha", "beta"):
         columns[name] = np.arctan2(pull[1], pull[0]) + rng.normal(0, 0.3 * (1 + decades), count)
     _poison(rng, columns, count, poisoned)
+    return columns
+
+
+def flights(rng: np.random.Generator, count: int, kind: str) -> dict[str, np.ndarray]:
+    """The same of sane motions that start within the clearance, with restitutions from 0 to 1."""
+    columns = samples(rng, count, kind, "sane", poisoned=0.0)
+    for name in ("alpha", "beta", "alpha_rate", "beta_rate"):
+        columns.pop(name, None)
+    length = columns["half_length"]
+    radius = effective_radius(columns["bearing_radius"], columns["journal_radius"], length)
+    size, angle = np.sqrt(rng.uniform(0, 0.25, (2, count))), rng.uniform(0, 2 * np.pi, (2, count))
+    speed = np.sqrt(9.81 * radius) * 10 ** rng.uniform(-0.5, 0.5, count)
+    for name, scale, place in (("origin", 1.0, 0), ("slope", 1.0 / length, 1)):
+        for axis, direction in (("x", np.cos), ("y", np.sin)):
+            columns[f"{name}_{axis}"] = scale * radius * size[place] * direction(angle[place])
+            columns[f"{name}_rate_{axis}"] = scale * speed * rng.normal(size=count)
+    columns["restitution"] = np.where(
+        rng.random(count) < 0.05, rng.integers(0, 2, count), rng.uniform(0, 1, count)
+    )  # fmt: skip
     return columns
 
 

@@ -63,7 +63,7 @@ def test_leave_one_out_errors_are_those_of_refits():
         others = np.arange(20) != row
         coefficients = np.linalg.lstsq(design[others][:, :3], values[others], rcond=None)[0]
         left_out.append(values[row] - design[row, :3] @ coefficients)
-    *_, held_out = surrogate._least_squares(design, values, [3])
+    *_, held_out = surrogate.least_squares(design, values, [3])
     assert held_out[0] == pytest.approx(np.sqrt(np.mean(np.square(left_out))), rel=1e-12)
 
 
@@ -73,9 +73,9 @@ def test_leave_one_out_errors_are_those_of_refits():
 )
 @settings(max_examples=50, deadline=None)
 def test_basis_is_the_product_of_chebyshev_polynomials(degree, x):
-    exponents = surrogate._multi_indices(3, degree)
+    exponents = surrogate.multi_indices(3, degree)
     assert len({tuple(a) for a in exponents}) == len(exponents) == (degree + 1) * (degree + 2) * (degree + 3) // 6
-    values = surrogate._basis(np.array(x)[:, None], exponents, surrogate._recursion(exponents))[:, 0]
+    values = surrogate.basis(np.array(x)[:, None], exponents)[:, 0]
     angles = np.arccos(x)
     np.testing.assert_allclose(values, np.prod(np.cos(exponents * angles), axis=1), atol=1e-12)
 

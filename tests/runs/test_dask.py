@@ -32,11 +32,14 @@ def cluster(tmp_path):
 
 
 def test_the_numbers_are_those_of_a_local_run(tmp_path, cluster):
-    study = load_study(write(tmp_path)).replaced(samples=3000)
+    """Of motions that leave the wall, which run through the kernels of those that do not before."""
+    hops = ("[monte_carlo]", '[contact]\nrestitution = 0.5\n[monte_carlo]\nstep = "2 ms"')
+    study = load_study(write(tmp_path, hops, ('beta = "-50 deg"', 'beta = "40 deg"'))).replaced(samples=1500)
     result = run(study, out=tmp_path / "run", cluster=cluster.scheduler_address)
+    assert (result.samples["impacts_D"] + result.samples["impacts_E"] > 0).any()
     assert_bitwise_equal(result.samples, run(study).samples)
     longer = resume(tmp_path / "run", extend=500, cluster=cluster.scheduler_address)
-    assert_bitwise_equal(longer.samples, run(study.replaced(samples=3500)).samples)
+    assert_bitwise_equal(longer.samples, run(study.replaced(samples=2000)).samples)
 
 
 def test_a_sequential_run_stops_where_the_local_one_does(tmp_path, cluster):

@@ -14,6 +14,7 @@ import pandas as pd
 from scipy.stats import qmc
 
 from tolmc.analysis.index_table import index_table
+from tolmc.analysis.smoothness import held_out_shares
 from tolmc.analysis.surrogate import Model
 from tolmc.statistics.intervals import Estimate
 from tolmc.statistics.rows import Rows
@@ -54,8 +55,9 @@ def sobol_indices(
     Returns
     -------
     DataFrame, index ``output``, ``dimension``
-        ``first``, ``total`` with ``_low`` and ``_high``; ``used``, rows in which no evaluation failed. NaN
-        for an output that doesn't vary.
+        ``first``, ``total`` with ``_low`` and ``_high``; ``used``, rows in which no evaluation failed;
+        ``held_out_share`` of the output (:func:`tolmc.analysis.smoothness.held_out_shares`): where it is not small the
+        net is no better than random points. NaN for an output that doesn't vary.
 
     Raises
     ------
@@ -73,14 +75,17 @@ def sobol_indices(
     k = len(names)
     table: dict[tuple[str, str], dict[str, float]] = {}
     if k == 0:
-        return index_table(table, ("output", "dimension"), ("first", "total"), "used")
+        return index_table(table, ("output", "dimension"), ("first", "total"), "used", "held_out_share")
     rng = np.random.default_rng(seed)
     net = qmc.Sobol(2 * k, rng=rng).random_base2((count - 1).bit_length())
     a, b = np.split(net, 2, axis=1)
     mixed = np.repeat(a[None], k, axis=0)
     for i in range(k):
         mixed[i, :, i] = b[:, i]
-    found = model(from_unit(tolerances, np.vstack([a, b, *mixed])))[outputs].to_numpy(float)
+    points = from_unit(tolerances, np.vstack([a, b, *mixed]))
+    answers = model(points)
+    shares = held_out_shares(points.join(answers[outputs]), inputs=names, outputs=outputs)
+    found = answers[outputs].to_numpy(float)
     found = found.reshape(k + 2, len(net), len(outputs))
     for column, output in enumerate(outputs):
         values = found[:, :, column]
@@ -91,8 +96,9 @@ def sobol_indices(
                 **as_columns("first", Estimate(*indices[:, i])),
                 **as_columns("total", Estimate(*indices[:, k + i])),
                 "used": values.shape[1],
+                "held_out_share": shares[output],
             }
-    return index_table(table, ("output", "dimension"), ("first", "total"), "used")
+    return index_table(table, ("output", "dimension"), ("first", "total"), "used", "held_out_share")
 
 
 def _bootstrapped(values: np.ndarray, rng: np.random.Generator, resamples: int, confidence: float) -> np.ndarray:

@@ -51,7 +51,7 @@ MOTIONS_PER_TERM = 2
 CHUNK = 2048
 
 
-def _multi_indices(inputs: int, degree: int) -> np.ndarray:
+def multi_indices(inputs: int, degree: int) -> np.ndarray:
     """Exponents (m, inputs) of all monomials up to a total degree, lower degrees first."""
     return np.array(
         [
@@ -72,12 +72,12 @@ def _recursion(exponents: np.ndarray) -> list[tuple[int, int, int]]:
     return steps
 
 
-def _basis(x: np.ndarray, exponents: np.ndarray, steps) -> np.ndarray:
-    """Values (m, n) of the basis at the scaled points x (k, n)."""
+def basis(x: np.ndarray, exponents: np.ndarray, steps: Sequence[tuple[int, int, int]] | None = None) -> np.ndarray:
+    """Values (m, n) of the basis at the scaled points x (k, n); ``steps`` is :func:`_recursion` of the exponents."""
     powers = np.polynomial.chebyshev.chebvander(x, int(exponents.max(initial=0)))  # (k, n, degree + 1)
     powers = np.ascontiguousarray(np.moveaxis(powers, 2, 1))
     values = np.ones((len(exponents), x.shape[1]))
-    for term, (parent, j, power) in enumerate(steps, start=1):
+    for term, (parent, j, power) in enumerate(_recursion(exponents) if steps is None else steps, start=1):
         np.multiply(values[parent], powers[j, power], out=values[term])
     return values
 
@@ -129,7 +129,7 @@ class Surrogate:
         values = np.empty((len(inputs), len(self.outputs)))
         for start in range(0, len(inputs), CHUNK):
             rows = slice(start, start + CHUNK)
-            values[rows] = _basis(x[:, rows], self.exponents, self.steps).T @ self.coefficients
+            values[rows] = basis(x[:, rows], self.exponents, self.steps).T @ self.coefficients
         return pd.DataFrame(values, columns=list(self.outputs), index=inputs.index)
 
     def describe(self) -> pd.DataFrame:
@@ -207,12 +207,12 @@ def fit(
             f"needed for {k} varied inputs. Give more motions, or narrow the tolerances if the motions fail."
         )
     top = max(p for p in range(1, max_degree + 1) if p == 1 or MOTIONS_PER_TERM * comb(k + p, p) <= count)
-    exponents = _multi_indices(k, top)
+    exponents = multi_indices(k, top)
     low, high = np.array([limits for limits in box.values() if limits[1] > limits[0]]).T
     varied = [name for name, limits in box.items() if limits[1] > limits[0]]
     x = (2.0 * points.loc[good, varied].to_numpy() - (low + high)) / (high - low)
-    design = _basis(x.T, exponents, _recursion(exponents)).T
-    coefficients, degree, held_out = _least_squares(design, values[good], [comb(k + p, p) for p in range(top + 1)])
+    design = basis(x.T, exponents).T
+    coefficients, degree, held_out = least_squares(design, values[good], [comb(k + p, p) for p in range(top + 1)])
     names = tuple(outputs)
     return Surrogate(
         box=box,
@@ -241,7 +241,7 @@ def refuse_rough(method: str, surrogate: Surrogate) -> None:
             )
 
 
-def _least_squares(design: np.ndarray, values: np.ndarray, sizes: Sequence[int]):
+def least_squares(design: np.ndarray, values: np.ndarray, sizes: Sequence[int]):
     """Coefficients, degree and leave-one-out error of each output; one factorisation serves every degree.
 
     ``sizes[p]`` columns of the design, which come in the order of their degree, make the basis of degree p.

@@ -13,6 +13,7 @@ from tolmc import quantities, units
 from tolmc.allocation.explored import Explored
 from tolmc.analysis.failure_sources import failure_sources
 from tolmc.analysis.from_samples import first_order, rank_correlation
+from tolmc.analysis.smoothness import held_out_shares, rough
 from tolmc.errors import InputError
 from tolmc.report import notes, rubbing
 from tolmc.report.answer import Answer, answer, question
@@ -245,7 +246,15 @@ class _Content:
             self.shares, is_watched=self.watches_contact, on_contact_loss=self.study.on_contact_loss
         )
         of_impacts = notes.of_impacts(self.summary) if self.summary is not None else ""
-        return [*sentences, *of_contact, *([of_impacts] if of_impacts else [])]
+        return [*sentences, *of_contact, *(sentence for sentence in (of_impacts, self._of_jumps()) if sentence)]
+
+    def _of_jumps(self) -> str:
+        """Which outputs impacts make jump, and what that spoils; empty without any."""
+        if "free_share" not in self.columns:
+            return ""
+        shares = held_out_shares(self.examined, inputs=self.inputs, outputs=quantities.responses_among(self.columns))
+        words = phrases.jumps(rough(shares), phrases.spoiled_by_jumps(self.study.sampling))
+        return f"Jumps: {words}" if words else ""
 
     def tables(self) -> list[Table]:
         """Those that have something to say."""

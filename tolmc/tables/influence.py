@@ -10,8 +10,9 @@ import pandas as pd
 
 from tolmc import quantities
 from tolmc.analysis.from_samples import INTERACTIONS, contributions
+from tolmc.analysis.smoothness import rough
 from tolmc.tables.table import Cell, Column, Estimated, Table, cells
-from tolmc.text.phrases import event, place
+from tolmc.text.phrases import event, jumps, place
 from tolmc.text.typeset import number, to_decimals
 
 #: Dimensions that have a column of their own: more do not fit on a page.
@@ -105,12 +106,17 @@ def indices_table(indices: pd.DataFrame, outputs: Iterable[str]) -> Table:
         if output in known.index.unique("output")
         for column, order in (("first", "first order"), ("total", "total"))
     ]
+    shares = known.get("held_out_share", pd.Series(index=known.index, dtype=float)).groupby("output").first()
+    words = jumps(
+        rough(shares[shares.index.isin(list(outputs))]),
+        "The net gains such outputs little; their intervals, which take its rows for independent, hold.",
+    )
     return Table(
         "sobol_indices",
         ("Output", Column("index", words=True), *(quantities.label(dimension) for dimension in dimensions)),
         tuple(rows),
         title="Sobol' indices with 95 % intervals",
         caption="Sobol' indices with 95 % intervals. First order: the share of the variance that vanishes when the dimension "
-        "is made exactly. Total: the share that remains when all others are.",
+        "is made exactly. Total: the share that remains when all others are." + (f" Jumps: {words}" if words else ""),
         frame=indices,
     )

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pandas as pd
 
 from tolmc import quantities
+from tolmc.analysis.smoothness import ROWS, held_out_shares, rough
 from tolmc.mechanism.circle_error import section_error_estimate
 from tolmc.mechanism.scene import Joint
 from tolmc.runs.run import StudyResult
@@ -17,7 +18,15 @@ from tolmc.study.study import Study
 from tolmc.tables.outputs import budget_table, contact_law_table, outputs_table, statuses_table
 from tolmc.tables.requirements import shares_table
 from tolmc.tables.table import Note, Table
-from tolmc.text.phrases import cut_short, judged, model_doubt, model_turns_target, too_few_computed
+from tolmc.text.phrases import (
+    cut_short,
+    judged,
+    jumps,
+    model_doubt,
+    model_turns_target,
+    spoiled_by_jumps,
+    too_few_computed,
+)
 
 
 def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
@@ -34,6 +43,7 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
     yield from _step_note(result)
     if words := result.plan.chaotic_words():
         yield Note(f"Chaos: {words}", strong="Chaos")
+    yield from _jump_note(result)
     if not math.isnan(result.plan.pilot_error):
         yield budget_table(result.summary)
     if law := contact_law_table(result.summary):
@@ -91,6 +101,18 @@ def _step_note(result: StudyResult) -> Iterator[Note]:
     """Why motions miss the accuracy, and what to do."""
     if words := result.plan.unresolved_words():
         yield Note(f"Step: {words}", strong="Step")
+
+
+def _jump_note(result: StudyResult) -> Iterator[Note]:
+    """Which outputs impacts make jump, as measured on the samples, and what that spoils."""
+    if not result.plan.features.one_sided:
+        return
+    study = result.study
+    first = result.read(rows=ROWS).to_pandas()
+    inputs = [dimension.name for dimension in study.tolerances.varied]
+    shares = held_out_shares(first, inputs=inputs, outputs=quantities.responses_among(first.columns))
+    if words := jumps(rough(shares), spoiled_by_jumps(study.sampling)):
+        yield Note(f"Jumps: {words}", strong="Jumps")
 
 
 def _contact_notes(result: StudyResult) -> Iterator[Note]:

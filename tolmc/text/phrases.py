@@ -60,6 +60,9 @@ AFTER_LOSS = {
     "follow": "they are followed through flight and impacts",
 }
 
+#: Outputs that a sentence names.
+_NAMED = 3
+
 #: Columns of requirements in which a model has its say.
 _MODEL_TERMS = ("section", "contact_law")
 
@@ -170,6 +173,30 @@ def too_few_computed(statuses: pd.DataFrame) -> str:
         f"Only {typeset.share_of(known, total)} of the samples could be computed, {known:,} of {total:,} ({others}): "
         "statistics are of the samples that could be computed, shares count the others both ways."
     )
+
+
+def jumps(shares: Mapping[str, float], meaning: str) -> str:
+    """Which outputs jump, by their held-out errors (:mod:`tolmc.analysis.smoothness`), and what it means; empty without any."""
+    if not len(shares):
+        return ""
+    names = sorted(shares.keys(), key=shares.__getitem__, reverse=True)
+    shown = [f"the {phrase(name)}" for name in names[:_NAMED]]
+    if more := len(names) - len(shown):
+        shown.append(f"{more} other output{'s' * (more > 1)}")
+    least, most = (f"{100 * shares[name]:.0f}" for name in (names[-1], names[0]))
+    missed = f"{least} %" if least == most else f"{least} to {most} %"
+    return (
+        f"a polynomial in the dimensions misses {joined(shown)} of true motions "
+        f"by {missed} of the spread (held-out error), as where impacts make outputs jump. {meaning}"
+    )
+
+
+def spoiled_by_jumps(sampling: str) -> str:
+    """What jumping outputs mean for a run."""
+    refused = "Surrogates, accelerated estimates and allocation refuse such outputs"
+    if sampling != "sobol":
+        return f"{refused}."
+    return f"{refused}, and Sobol' points gain little on random ones; the intervals, of the scatter among scramblings, hold."
 
 
 def joined(parts: Iterable[str], last: str = "and") -> str:
