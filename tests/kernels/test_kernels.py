@@ -138,6 +138,42 @@ def test_an_edit_of_a_helper_reaches_its_callers(tmp_path):
     assert result(3.0) == ["3.0", "0"]
 
 
+_TOGETHER = """
+import sys, time
+from pathlib import Path
+import numpy as np
+from toy.jit import kernel
+
+@kernel
+def norms(x):
+    total = x
+    for i in range(10):
+        total += np.linalg.norm(np.full((3, 3), total * i)) + np.sort(np.full(4, total)).sum()
+    return total
+
+Path(sys.argv[1]).touch()
+while not all(Path(name).exists() for name in "ab"):
+    time.sleep(0.001)
+norms(1.0)
+print(sum(norms.stats.cache_hits.values()))
+"""
+
+
+@compiled_only
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX locks files")
+def test_of_two_processes_that_need_a_kernel_at_once_one_compiles_it(tmp_path):
+    (tmp_path / "toy").mkdir()
+    shutil.copy(SOURCES / "jit.py", tmp_path / "toy" / "jit.py")
+    (tmp_path / "program.py").write_text(_TOGETHER)
+    environment = {**os.environ, "TOLMC_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(SOURCES.parents[1])}
+    processes = [
+        subprocess.Popen([sys.executable, "program.py", name], cwd=tmp_path, env=environment, stdout=subprocess.PIPE)
+        for name in "ab"
+    ]
+    assert sorted(process.communicate()[0] for process in processes) == [b"0\n", b"1\n"]
+
+
 @compiled_only
 def test_a_kernel_shows_its_entry_alone():
     """Two kernels that were loaded would otherwise share the pieces of the one that was loaded first."""

@@ -5,15 +5,18 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import cache, wraps
 from pathlib import Path
 from types import FunctionType
 
 import numba as nb
+from numba.core import event
+from numba.core.compiler_lock import global_compiler_lock
 
 from tolmc.kernels.linking import KernelCompiler, PieceCompiler
 
@@ -102,6 +105,50 @@ routine = _piece(forceinline=False)
 inlined = nb.njit(inline="always", **_OPTIONS)
 
 
+@contextmanager
+def _no_other_process(path: Path, dispatcher) -> Iterator[None]:
+    """A context that one process at a time is in; where the system has no locks of files, as many as come."""
+    if sys.platform == "win32":
+        yield
+        return
+    import fcntl
+
+    try:
+        file = path.open("ab")
+    except OSError:  # the folder is gone, or may no longer be written
+        yield
+        return
+    with file:
+        with suppress(OSError):  # a filesystem without locks
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                # For whoever watches it is a compilation, of another process.
+                with event.trigger_event("numba:compile", data={"dispatcher": dispatcher}):
+                    fcntl.flock(file, fcntl.LOCK_EX)
+        try:
+            yield
+        finally:
+            with suppress(OSError):
+                fcntl.flock(file, fcntl.LOCK_UN)  # a forked child has the file open as well
+
+
+def _compiled_by_one(dispatcher, folder: Path):
+    """The dispatcher of a kernel; processes that need it at the same time wait for the first, and read what it has compiled."""
+    function, compile_or_read = dispatcher.py_func, dispatcher.compile
+
+    def compile_alone(signature):
+        # Numba's own lock first: its threads would otherwise wait for each other's.
+        with (
+            global_compiler_lock,
+            _no_other_process(folder / f"{function.__module__}.{function.__qualname__}.lock", dispatcher),
+        ):
+            return compile_or_read(signature)
+
+    dispatcher.compile = compile_alone
+    return dispatcher
+
+
 def kernel(function):
     """An entry point: compiled once, cached on disk where there is a place, runs without the interpreter lock."""
     if _CACHE is None:
@@ -109,7 +156,8 @@ def kernel(function):
     # The directory is read when the function is decorated; restoring it leaves the user's own Numba functions alone.
     previous, nb.config.CACHE_DIR = nb.config.CACHE_DIR, str(_CACHE)
     try:
-        return nb.njit(cache=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
+        compiled = nb.njit(cache=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
+        return compiled if nb.config.DISABLE_JIT else _compiled_by_one(compiled, _CACHE)
     finally:
         nb.config.CACHE_DIR = previous
 
