@@ -16,6 +16,12 @@ from tolmc.analysis.probe import Probe
 from tolmc.analysis.surrogate import Model
 from tolmc.tolerances.dimension import Tolerances
 
+MAX_CORNER_DIMENSIONS = 14
+#: Points inside the limits for each dimension, from how many of the best a search starts, and how far these lie apart.
+SPREAD, STARTS, APART = 256, 4, 0.25
+#: Steps of the search, in shares of the tolerances.
+LARGEST_STEP = 0.25
+
 
 def worst_case(model: Model, tolerances: Tolerances, *, outputs: Iterable[str], interior: bool = False) -> pd.DataFrame:
     """Smallest and largest value of every output within the limits.
@@ -96,14 +102,15 @@ class _Climber:
     sign: int
     place: np.ndarray
     value: float
-    step: float = 0.25
+    step: float = LARGEST_STEP
 
     def look(self, places: np.ndarray, values: np.ndarray) -> None:
-        """Go to the best of these places if it is better, else take smaller steps."""
+        """Go to the best of these places if it is better, and on with larger steps; else take smaller ones."""
         gains = self.sign * (values - self.value)
         if (gains > 0).any():
             best = int(np.nanargmax(gains))
             self.place, self.value = places[best], float(values[best])
+            self.step = min(2 * self.step, LARGEST_STEP)
         else:
             self.step /= 2
 
@@ -120,16 +127,26 @@ def _starts(points: np.ndarray, values: np.ndarray) -> list[int]:
 
 
 class _Search:
-    """Improves the best points of each output and side by steps along the axes, halved where none helps."""
+    """Improves the best points of each output and side by steps along the axes, doubled where one helps, else halved."""
 
     def __init__(self, probe: Probe, points: np.ndarray, values: np.ndarray) -> None:
-        self.probe, self.evaluations, self.failed = probe, len(values), np.isnan(values).sum(axis=0)
+        self.probe = probe
+        self.known = dict(zip(map(bytes, points), values, strict=True))
         self.climbers = [
             _Climber(k, sign, points[row], values[row, k])
             for k in range(values.shape[1])
             for sign in (-1, 1)
             for row in _starts(points, sign * values[:, k])
         ]
+
+    @property
+    def evaluations(self) -> int:
+        return len(self.known)
+
+    @property
+    def failed(self) -> np.ndarray:
+        """Evaluations without a value, of each output."""
+        return np.isnan(list(self.known.values())).sum(axis=0)
 
     def best(self, k: int, sign: int) -> tuple[np.ndarray, float]:
         """Place and value of the best point of a side; NaN where every evaluation failed."""
@@ -150,11 +167,15 @@ class _Search:
         moves = np.vstack([np.eye(len(self.probe.limits)), -np.eye(len(self.probe.limits))])
         while active := [climber for climber in self.climbers if climber.step > finest]:
             trials = [np.clip(climber.place + climber.step * moves, 0, 1) for climber in active]
-            found = _at(self.probe, np.vstack(trials))
-            self.evaluations += len(found)
-            self.failed = self.failed + np.isnan(found).sum(axis=0)
-            for climber, places, values in zip(active, trials, np.split(found, len(active)), strict=True):
-                climber.look(places, values[:, climber.k])
+            self._evaluate(np.vstack(trials))
+            for climber, places in zip(active, trials, strict=True):
+                climber.look(places, np.array([self.known[bytes(place)][climber.k] for place in places]))
+
+    def _evaluate(self, places: np.ndarray) -> None:
+        """What is not known of these places: climbers of many outputs start from the same ones."""
+        fresh = {bytes(place): place for place in places if bytes(place) not in self.known}
+        if fresh:
+            self.known |= zip(fresh, _at(self.probe, np.array(list(fresh.values()))), strict=True)
 
 
 def _in_words(tolerances: Tolerances, place: np.ndarray) -> str:
@@ -166,8 +187,3 @@ def _in_words(tolerances: Tolerances, place: np.ndarray) -> str:
         for d, u in zip(tolerances.varied, place.tolist(), strict=True)
     )
     return ", ".join(parts)
-
-
-MAX_CORNER_DIMENSIONS = 14
-#: Points inside the limits for each dimension, from how many of the best a search starts, and how far these lie apart.
-SPREAD, STARTS, APART = 256, 4, 0.25

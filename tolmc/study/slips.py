@@ -70,7 +70,7 @@ def _idle_limits(study: Study) -> Iterator[str]:
                 yield f"{field} is later than the motion ends, after {study.scene.duration:g} s: what happens then is not seen."
     for derived in study.derived:
         if not derived.names:
-            yield f"{place('outputs', derived.name)} is the same number for all parts: no dimension or derived is in it."
+            yield f"{place('outputs', derived.name)} is the same number for all parts: no dimension or output is in it."
 
 
 def _contact(study: Study) -> Iterator[str]:
