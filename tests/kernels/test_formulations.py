@@ -3,15 +3,13 @@
 The cases are small, so that they also run without compilation (``NUMBA_DISABLE_JIT=1``).
 """
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scenes import LOADED, PAPER_JOINT, SYMMETRIC
 from twins import section_twin, slope_twin
+from uncompiled import run_uncompiled
 
 from tolmc import Joint, Loads
 from tolmc.kernels import engine
@@ -142,21 +140,4 @@ def test_a_lane_does_not_see_its_neighbours(name, method, forces):
 
 @pytest.mark.slow
 def test_the_formulations_run_without_compilation():
-    """In a process of its own, as Numba asks when it is imported."""
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-q",
-        "-n",
-        "0",
-        "-x",
-        __file__,
-        "-m",
-        "",
-        "-k",
-        "not without and not rk4-False",
-    ]
-    answer = subprocess.run(command, env=environment, capture_output=True, text=True)
-    assert answer.returncode == 0, answer.stdout[-2000:]
+    run_uncompiled(__file__, "-k", "not without and not rk4-False")
