@@ -130,9 +130,7 @@ def test_why_no_step_serves_is_said_on_the_terminal_in_the_record_and_in_the_rep
     said = json.loads((out / "run.json").read_text(encoding="utf-8"))["pilot"]
     assert said.startswith("The motions become chaotic after t = 0.") and "judged one by one" in said
     assert f"Step: {said}" in ended.stdout
-    briefly = CliRunner().invoke(
-        cli.main, ["run", str(tmp_path / "small.toml"), "--samples", "64", "--brief", "--out", str(tmp_path / "b")]
-    )
+    briefly = CliRunner().invoke(cli.main, ["run", "--resume", str(out), "--brief"])
     assert f"Step: {said}" in briefly.stdout
     assert CliRunner().invoke(cli.main, ["report", str(out)]).exit_code == 4
     page = (out / "report.md").read_text(encoding="utf-8")

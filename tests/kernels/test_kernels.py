@@ -19,7 +19,7 @@ from scipy.integrate._ivp import dop853_coefficients as dop853
 from small_study import write
 
 import tolmc.kernels
-from tolmc.kernels import engine, jit, linking, tableaux
+from tolmc.kernels import engine, jit, tableaux
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE, RK8, TABLEAUX
 
@@ -175,8 +175,9 @@ def test_of_two_processes_that_need_a_kernel_at_once_one_compiles_it(tmp_path):
 
 
 @compiled_only
-def test_a_kernel_shows_its_entry_alone():
+def test_a_kernel_shows_its_entry_alone(monkeypatch, tmp_path):
     """Two kernels that were loaded would otherwise share the pieces of the one that was loaded first."""
+    monkeypatch.setattr(jit, "_CACHE", tmp_path)
 
     @jit.device
     def square(x):
@@ -191,7 +192,7 @@ def test_a_kernel_shows_its_entry_alone():
         add_squares(x, y)
         add_squares(y, y)
 
-    compiled = nb.njit(pipeline_class=linking.KernelCompiler, **jit._OPTIONS)(entry)
+    compiled = jit.kernel(entry)
     x, y = np.array([1.0, 2.0]), np.array([1.0, 1.0])
     compiled(x, y)
     assert y.tolist() == [6.0, 30.0]
@@ -217,7 +218,7 @@ print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.value
 
 
 @compiled_only
-@pytest.mark.slow
+@pytest.mark.nightly  # it compiles a whole kernel; what would make the numbers differ the test above finds in a small one
 def test_a_kernel_found_on_disk_gives_the_numbers_of_the_one_that_was_compiled(tmp_path):
     """To the last bit: a run that is resumed, or whose blocks other processes compute, is the run that it would have been."""
     study = write(tmp_path)
