@@ -16,6 +16,7 @@ from tolmc.kernels import engine
 from tolmc.kernels import results as R
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.kernels.lanes import WIDTH
+from tolmc.kernels.one_sided import hand_over, layout, start
 from tolmc.simulation.features import features_of
 from tolmc.simulation.packing import pack
 
@@ -65,6 +66,29 @@ def observed(name, scene, steps, method="rk8"):
     out = np.empty((11, steps + 1))
     engine.build_observe(name, load=True)(states, coef, out)
     return out
+
+
+@every_formulation
+def test_a_state_has_the_motion_that_it_starts_with(name):
+    """What a motion is handed over with where contact is lost, against the polar angles and rates of its start."""
+    equations, scene = FORMULATIONS[name], SCENES[name]
+    raw, _ = pack(scene.scalars, 1)
+    states, coef = np.empty((2, equations.STATE)), np.empty(equations.COEFFICIENTS * WIDTH)
+    engine.build_trace(name, "rk8", load=True)(raw, 1, 1e-3, False, states, coef)
+    found, given = np.zeros((2, layout.GIVEN, 1))
+    hand_over.build(name)(raw, states[:1].T, found)
+    start.from_angles(raw, given, scene.joint.section == "exact")
+    pose, rates = slice(layout.START_X, layout.START_V + 1), slice(layout.START_X_RATE, layout.START_V_RATE + 1)
+    if name == "slope_axial":  # it knows no turn about Z
+        for rows in (found, given):
+            axes = np.array([[rows[0, 0], rows[1, 0]], [-rows[1, 0], rows[0, 0]]]) / np.hypot(rows[0, 0], rows[1, 0])
+            for first in range(0, 8, 2):
+                rows[first : first + 2] = axes @ rows[first : first + 2]
+    for part in (pose, rates):
+        np.testing.assert_allclose(found[part], given[part], rtol=1e-12, atol=1e-13 * np.abs(given[part]).max())
+    if equations.TORQUE:
+        assert found[layout.CHI, 0] % (2 * np.pi) == pytest.approx(given[layout.CHI, 0] % (2 * np.pi), abs=1e-12)
+        assert found[layout.OMEGA, 0] == given[layout.OMEGA, 0]
 
 
 @every_formulation

@@ -19,6 +19,9 @@ from __future__ import annotations
     MOMENTUM_ERROR, ENERGY_CORRECTION, SPIN_ERROR, HALVING_ERROR,
 ) = range(24)  # fmt: skip
 RESULTS = 24
+# The state at a loss of contact that ends a motion, in the coordinates of its formulation.
+STATE = RESULTS
+RESULTS += 10
 
 OK, CONTACT_LOST, DIVERGED = 0, 1, 2  # codes in row STATUS
 CONTINUE, END = 0, 1  # what a loss of contact does

@@ -44,7 +44,7 @@ def integrate(
     one_sided.never_left(out)
     lost = out[R.STATUS] == R.CONTACT_LOST
     if lost.any():
-        out[:, lost] = one_sided.integrate(raw[:, lost], plan, duration)
+        out[:, lost] = one_sided.follow(raw[:, lost], plan, duration, out[:, lost])
     return out
 
 

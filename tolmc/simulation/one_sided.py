@@ -13,7 +13,7 @@ import numpy as np
 
 from tolmc.kernels import parameters as P
 from tolmc.kernels import results as R
-from tolmc.kernels.one_sided import engine, start, swinging
+from tolmc.kernels.one_sided import engine, hand_over, start, swinging
 from tolmc.kernels.one_sided import layout as at
 from tolmc.simulation.plan import Plan
 
@@ -38,8 +38,11 @@ _STATUS = {
 }
 
 
-def given(raw: np.ndarray, plan: Plan) -> np.ndarray:
-    """What the one-sided kernels take beside the parameters, (layout.GIVEN, n)."""
+def given(raw: np.ndarray, plan: Plan, held: np.ndarray | None = None) -> np.ndarray:
+    """What the one-sided kernels take beside the parameters, (layout.GIVEN, n).
+
+    ``held``: results of the two-sided kernels, at whose loss of contact the motions begin.
+    """
     n = raw.shape[1]
     rows = np.zeros((at.GIVEN, n))
     rows[at.RESTITUTION], rows[at.STIFFNESS] = raw[P.RESTITUTION], raw[P.CONTACT_STIFFNESS]
@@ -49,7 +52,13 @@ def given(raw: np.ndarray, plan: Plan) -> np.ndarray:
     rows[at.LOSS], rows[at.HELD] = -1.0, plan.features.driven
     aimed = _FINE if math.isnan(plan.pilot_error) else plan.accuracy
     rows[at.REST] = _REST_HEIGHT * max(aimed / _FINE, 1.0)
-    if plan.features.free:
+    if held is not None:
+        rows[at.TIME], rows[at.ON_D], rows[at.ON_E] = held[R.END_TIME], 1.0, 1.0
+        # The end whose force has just fallen to zero.
+        rows[at.LOSS] = np.where(held[R.D_MIN] <= held[R.E_MIN], 0.0, 1.0)
+        rows[at.CHI], rows[at.OMEGA] = raw[P.SPIN], raw[P.SPIN_RATE]
+        hand_over.build(plan.features.formulation)(raw, held[R.STATE :], rows)
+    elif plan.features.free:
         length = raw[P.HALF_LENGTH]
         for row, source in ((at.START_X, P.ORIGIN_X), (at.START_X_RATE, P.ORIGIN_RATE_X)):
             rows[row : row + 2] = raw[source : source + 2]
@@ -75,14 +84,14 @@ def has_room(raw: np.ndarray, plan: Plan) -> np.ndarray:
     return np.logical_and(*(gaps >= -_ROUNDING))
 
 
-def _run(raw: np.ndarray, plan: Plan, duration: float, found, counts, record, events) -> None:
+def _run(raw: np.ndarray, plan: Plan, duration: float, found, counts, record, events, held=None) -> None:
     """The kernel that has what the plan's features ask for, and nothing more."""
     features = plan.features
     exact, general, rubs, rk4 = (
         1 if flag else None for flag in (features.exact, features.general, features.rubs, plan.method == "rk4")
     )
     arguments = (
-        raw, given(raw, plan), plan.steps, duration, MOST_EVENTS, plan.accuracy, found, counts, record, events
+        raw, given(raw, plan, held), plan.steps, duration, MOST_EVENTS, plan.accuracy, found, counts, record, events
     )  # fmt: skip
     if features.shaken or features.swings:
         swinging.integrate(*arguments, exact, general, rk4)
@@ -100,6 +109,31 @@ def integrate(raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:
     found, counts = np.full((at.RESULTS, n), np.nan), np.zeros(3, np.int64)
     _run(raw, plan, duration, found, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)))
     return _results(found, raw, plan, duration)
+
+
+def follow(raw: np.ndarray, plan: Plan, duration: float, held: np.ndarray) -> np.ndarray:
+    """Results of motions that the two-sided kernels have followed to their loss of contact, ``held``, and from there on."""
+    raw = np.ascontiguousarray(raw)
+    found, counts = np.full((at.RESULTS, raw.shape[1]), np.nan), np.zeros(3, np.int64)
+    _run(raw, plan, duration, found, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)), held)
+    out, before = _results(found, raw, plan, duration), held[R.END_TIME]
+    for highest, share in ((R.D_MAX, R.D_CLOSED_SHARE), (R.E_MAX, R.E_CLOSED_SHARE)):
+        lowest, mean, rms = range(highest + 1, highest + 4)
+        closed = duration * out[share]
+        square = held[rms] ** 2 * before + np.nan_to_num(out[rms]) ** 2 * closed
+        out[highest] = np.fmax(held[highest], out[highest])
+        # No force of a closed contact is negative: what is left below zero is the root's rounding.
+        out[lowest] = np.fmin(np.maximum(held[lowest], 0.0), out[lowest])
+        out[mean] += held[mean] * before / duration
+        out[rms] = np.sqrt(square / (before + closed))
+        out[share] += before / duration
+    out[R.TILT_MAX] = np.fmax(held[R.TILT_MAX], out[R.TILT_MAX])
+    out[R.LOSS_TIME] = before
+    for error in (R.ENERGY_ERROR, R.MOMENTUM_ERROR):
+        out[error] += held[error]
+    out[R.CONSTRAINT_ERROR] = np.maximum(held[R.CONSTRAINT_ERROR], out[R.CONSTRAINT_ERROR])
+    out[R.STEP_ERROR] = held[R.STEP_ERROR]
+    return out
 
 
 def _results(found: np.ndarray, raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:

@@ -18,6 +18,8 @@ A formulation has, with SI units at its borders and every array flat, (row, lane
     Multiplies the speeds by ``factor``.
 ``observe(y, coef, lane, width, with_load)``
     (O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2).
+``motion(y, coef, lane, width)``
+    (O_x, O_y, u, v, O_x', O_y', u', v', chi, Omega), the last two 0 where the spin is a constant.
 
 What is listed in :data:`FORMULATIONS` is tested (order, energy, drift, twin, bits in any lane) and can be integrated.
 """

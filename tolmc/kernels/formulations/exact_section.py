@@ -302,6 +302,17 @@ def gap(cos_d, sin_d, sin_e, clearance, journal):
 
 
 @device
+def motion(c_x, c_y, cos_d, sin_d, sin_e, swing, nu, clearance, journal):
+    """(O_x, O_y, u, v, O_x', O_y', u', v')/L of O = X c and w = Y Jc; X' = -kappa sin(delta) nu, Y' = cos(delta) nu."""
+    x, y, kappa, _, _, _, _, _ = shape(cos_d, sin_d, sin_e, nu, clearance, journal)
+    x_rate, y_rate = -kappa * sin_d * nu, cos_d * nu
+    return (
+        x * c_x, x * c_y, -y * c_y, y * c_x, x_rate * c_x - x * swing * c_y, x_rate * c_y + x * swing * c_x,
+        -y_rate * c_y - y * swing * c_x, y_rate * c_x - y * swing * c_y,
+    )  # fmt: skip
+
+
+@device
 def start(alpha, beta, alpha_rate, beta_rate, clearance, journal):
     """State from the polar angles of D and E (rad) and their rates.
 

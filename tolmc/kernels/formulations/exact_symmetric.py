@@ -126,6 +126,20 @@ def scale_speeds(y, factor, lane, width):
 
 
 @device
+def motion(y, coef, lane, width):
+    """(O_x, O_y, u, v, O_x', O_y', u', v', 0, 0) of one lane, SI units."""
+    ox, oy, wx, wy, ux, uy, vx, vy = section.motion(
+        y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane], y[4 * width + lane], y[5 * width + lane],
+        y[6 * width + lane], coef[_CLEARANCE * width + lane], coef[_JOURNAL * width + lane],
+    )  # fmt: skip
+    length = coef[_LENGTH * width + lane]
+    return (
+        length * ox, length * oy, length * wx, length * wy, length * ux, length * uy, length * vx, length * vy,
+        0.0, 0.0,
+    )  # fmt: skip
+
+
+@device
 def observe(y, coef, lane, width, with_load):
     """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane; the multipliers are the contact forces."""
     _, _, _, _, big_x, big_y, n_d, n_e, kinetic, potential, _, _ = evaluate(y, coef, lane, width, with_load)

@@ -77,6 +77,15 @@ def scale_speeds(y, factor, lane, width):
 
 
 @device
+def motion(y, coef, lane, width):
+    """(O_x, O_y, u, v, O_x', O_y', u', v', 0, 0) of one lane, SI units, in axes in which O lies along X."""
+    s, d, _, _, _, _, _, _, _, _, _ = evaluate(y, coef, lane, width, False)
+    r = coef[slope_symmetric.R * width + lane]
+    cos_d, sin_d = r * y[lane], r * y[width + lane]
+    return cos_d, 0.0, 0.0, sin_d, -d * sin_d, s * cos_d, -s * sin_d, d * cos_d, 0.0, 0.0
+
+
+@device
 def observe(y, coef, lane, width, with_load):
     """(|O|, 0, |w|, 0, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane, SI units."""
     _, _, _, _, n_d, n_e, lambda_d, lambda_e, kinetic, potential, q = evaluate(y, coef, lane, width, with_load)

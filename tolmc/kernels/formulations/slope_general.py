@@ -283,6 +283,17 @@ def scale_speeds(y, factor, lane, width):
 
 
 @device
+def motion(y, coef, lane, width):
+    """(O_x, O_y, u, v, O_x', O_y', u', v', chi, Omega) of one lane, SI units."""
+    dx, dy, ex, ey = 0.5 * y[lane], 0.5 * y[width + lane], 0.5 * y[2 * width + lane], 0.5 * y[3 * width + lane]
+    a, b = y[4 * width + lane], y[5 * width + lane]
+    return (
+        dx + ex, dy + ey, dx - ex, dy - ey, -a * dy - b * ey, a * dx + b * ex, b * ey - a * dy, a * dx - b * ex,
+        math.atan2(y[7 * width + lane], y[6 * width + lane]), y[8 * width + lane],
+    )  # fmt: skip
+
+
+@device
 def observe(y, coef, lane, width, with_load):
     """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane."""
     _, _, _, _, n_d, n_e, lambda_d, lambda_e, w2, kinetic, potential, _, _, _ = evaluate(

@@ -263,6 +263,20 @@ def scale_speeds(y, factor, lane, width):
 
 
 @device
+def motion(y, coef, lane, width):
+    """(O_x, O_y, u, v, O_x', O_y', u', v', 0, 0) of one lane, SI units, in the axes of the scene."""
+    s, d, _, _, _, _, _, _, _, _, _ = evaluate(y, coef, lane, width, False)
+    r = coef[R * width + lane]
+    cos_t, sin_t = r * coef[_COS * width + lane], r * coef[_SIN * width + lane]
+    ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+    ux, uy, vx, vy = -(s * oy + d * wy), s * ox + d * wx, -(s * wy + d * oy), s * wx + d * ox
+    return (
+        cos_t * ox - sin_t * oy, sin_t * ox + cos_t * oy, cos_t * wx - sin_t * wy, sin_t * wx + cos_t * wy,
+        cos_t * ux - sin_t * uy, sin_t * ux + cos_t * uy, cos_t * vx - sin_t * vy, sin_t * vx + cos_t * vy, 0.0, 0.0,
+    )  # fmt: skip
+
+
+@device
 def observe(y, coef, lane, width, with_load):
     """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane, SI units, in the axes of the scene."""
     _, _, _, _, n_d, n_e, lambda_d, lambda_e, kinetic, potential, q = evaluate(y, coef, lane, width, with_load)

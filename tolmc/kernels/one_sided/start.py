@@ -26,12 +26,9 @@ def from_angles(raw, given, exact):
             c_x, c_y, cos_d, sin_d, sin_e, swing, nu = exact_section.start(
                 alpha, beta, alpha_rate, beta_rate, clearance, journal
             )
-            x, y, kappa, _, _, _, _, _ = exact_section.shape(cos_d, sin_d, sin_e, nu, clearance, journal)
-            # O = X c, w = Y Jc
-            x_rate, y_rate = -kappa * sin_d * nu, cos_d * nu
-            ox, oy, wx, wy = x * c_x, x * c_y, -y * c_y, y * c_x
-            ux, uy = x_rate * c_x - x * swing * c_y, x_rate * c_y + x * swing * c_x
-            vx, vy = -y_rate * c_y - y * swing * c_x, y_rate * c_x - y * swing * c_y
+            ox, oy, wx, wy, ux, uy, vx, vy = exact_section.motion(
+                c_x, c_y, cos_d, sin_d, sin_e, swing, nu, clearance, journal
+            )
         else:
             length = raw[P.RADIUS, i]
             cos_m, sin_m = math.cos(0.5 * (alpha + beta)), math.sin(0.5 * (alpha + beta))

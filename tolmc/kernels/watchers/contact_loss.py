@@ -12,6 +12,7 @@ import numpy as np
 from tolmc.kernels.jit import routine
 from tolmc.kernels.lanes import WIDTH, yes
 from tolmc.kernels.results import CONTACT_LOST, CONTINUE, END_TIME, LOSS_TIME, OK, STATUS
+from tolmc.kernels.results import STATE as LOST_STATE
 from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, SEEN, at
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
@@ -23,7 +24,7 @@ _TIGHT = 4e-16  # share of a step to which the instant is found
 
 def watch(system: System, between: Between) -> Watcher:
     """Watcher of the loss; it ends the motion of the lanes that have one, as ``run.on_loss`` says."""
-    layout = system.layout
+    layout, state = system.layout, system.equations.STATE
     time, place, sooner_rows = layout.row(), layout.row(), layout.block(1)
     survey, locate = _survey(time, place), _locate(system, place, time)
     estimate, choose, follow = between.estimate, between.choose, between.follow
@@ -111,6 +112,8 @@ def watch(system: System, between: Between) -> Watcher:
                 if run.out[STATUS, i] == OK or run.on_loss != CONTINUE:
                     run.out[STATUS, i] = CONTACT_LOST
                 run.out[END_TIME, i] = when
+                for c in range(state):
+                    run.out[LOST_STATE + c, i] = y[c * WIDTH + lane]
 
     return Watcher(begin=begin, scan=scan, finish=finish)
 
