@@ -56,20 +56,23 @@ MISTAKES = {
 }
 
 
-def checked(folder: Path, script: str) -> list[str]:
-    """Lines of the type checker about a user's script."""
-    (folder / "script.py").write_text(script)
-    command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml"), str(folder / "script.py")]
+def checked(folder: Path, **scripts: str) -> list[list[str]]:
+    """Lines of the type checker about each of a user's scripts."""
+    for name, script in scripts.items():
+        (folder / f"{name}.py").write_text(script)
+    command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml")]
+    command += [str(folder / f"{name}.py") for name in scripts]
     ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert ended.stderr == ""
-    return [line.split(": ", 1)[1] for line in ended.stdout.splitlines() if "script.py:" in line]
+    lines = ended.stdout.splitlines()
+    return [[line.split(": ", 1)[1] for line in lines if f"{name}.py:" in line] for name in scripts]
 
 
 @pytest.mark.slow
 def test_a_users_checker_sees_the_types(tmp_path):
-    assert checked(tmp_path, USERS_SCRIPT) == [f'note: Revealed type is "{name}"' for name in REVEALED]
-    mistakes = "\n".join(["import tolmc", *MISTAKES])
-    for found, expected in zip(checked(tmp_path, mistakes), MISTAKES.values(), strict=True):
+    right, wrong = checked(tmp_path, script=USERS_SCRIPT, mistakes="\n".join(["import tolmc", *MISTAKES]))
+    assert right == [f'note: Revealed type is "{name}"' for name in REVEALED]
+    for found, expected in zip(wrong, MISTAKES.values(), strict=True):
         assert found.startswith(f"error: {expected}")
 
 

@@ -292,11 +292,12 @@ def check_random(n, seed, section="circle", body=SYMMETRIC.body):
     return samples
 
 
-def test_random_motions_keep_the_laws():
-    check_random(2000, seed=1)
+@pytest.mark.parametrize("section", ["circle", "exact"])
+def test_random_motions_keep_the_laws(section):
+    check_random(2000, seed=1, section=section)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly  # a minute; motions that once failed it stand below
 @pytest.mark.parametrize("section", ["circle", "exact"])
 def test_a_hundred_thousand_random_motions_keep_the_laws(section):
     check_random(100_000, seed=2, section=section)
