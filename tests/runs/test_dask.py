@@ -14,6 +14,7 @@ from frames import assert_bitwise_equal
 from small_study import GEOMETRY, write
 
 from tolmc.errors import ClusterError
+from tolmc.runs import dask
 from tolmc.runs import run as monte_carlo
 from tolmc.runs.crew import crew
 from tolmc.runs.run import resume, run
@@ -101,7 +102,8 @@ def test_a_block_that_kills_its_workers_ends_the_run(mortal):
         list(workers.map(dies, ((value,) for value in range(6))))
 
 
-def test_a_cluster_that_cannot_be_used_is_refused(tmp_path):
+def test_a_cluster_that_cannot_be_used_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(dask, "_CONNECT_SECONDS", 1)
     study = load_study(write(tmp_path, *GEOMETRY))
     with pytest.raises(ClusterError, match="cannot be reached"):
         run(study, out=tmp_path / "run", cluster="tcp://127.0.0.1:1")
