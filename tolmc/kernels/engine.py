@@ -52,8 +52,7 @@ def build(formulation: str, method: str, *, load: bool, forces: bool) -> Callabl
     system = _system(formulation, method, load, forces)
     watcher = together(_watchers(system, forces))
     return jit.entry(
-        loops.watch if forces else loops.integrate,
-        _name("integrate", formulation, method, load=load, forces=forces),
+        loops.watch if forces else loops.integrate, name_of(formulation, method, load=load, forces=forces),
         begin=watcher.begin, look=watcher.look, scan=watcher.scan, finish=watcher.finish, **_parts(system),
     )  # fmt: skip
 
@@ -117,6 +116,11 @@ def _parts(system: System) -> dict[str, object]:
         "until": system.until, "bad_step": system.bad_step, "end_state": system.end_state, "end_seen": system.end_seen,
         "part_h": system.part_h,
     }  # fmt: skip
+
+
+def name_of(formulation: str, method: str, *, load: bool, forces: bool) -> str:
+    """Name of :func:`build`'s entry, by which it is kept on disk."""
+    return _name("integrate", formulation, method, load=load, forces=forces)
 
 
 def _name(*words: str, **present: bool) -> str:

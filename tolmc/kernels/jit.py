@@ -162,6 +162,11 @@ def kernel(function):
         nb.config.CACHE_DIR = previous
 
 
+def is_kept(name: str) -> bool:
+    """Whether a kernel of this name is found on disk; also True where nothing can be kept there."""
+    return _CACHE is None or any(_CACHE.glob(f"*/*.{name}-*.nbi"))
+
+
 def once(build: Callable) -> Callable:
     """A function that makes its result once for each choice of arguments, also when threads ask at the same time."""
     made, lock = cache(build), threading.RLock()

@@ -14,7 +14,39 @@ from typing import Any
 from llvmlite.binding import Linkage
 from numba._dynfunc import make_function
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, Flags
+
+
+class _Options(Flags):
+    """A compiler's options that stay as they are.
+
+    Numba finds what it has compiled by them, and compares two sets of options one by one, five million of them in a kernel:
+    a tenth of its compilation.
+    """
+
+    __slots__ = ()
+    _HASH = hash(Flags())  # of their names alone
+
+    def copy(self) -> _Options:
+        return self
+
+    def __hash__(self) -> int:
+        return self._HASH
+
+    def __eq__(self, other: object) -> bool:
+        return self is other if isinstance(other, _Options) else super().__eq__(other)
+
+
+_known: list[_Options] = []
+
+
+def _settled(options: Flags) -> _Options:
+    """The one object that stands for these options."""
+    for known in _known:
+        if known.values() == options.values():
+            return known
+    _known.append(_Options(options))
+    return _known[-1]
 
 
 class _Piece(JITCodeLibrary):
@@ -50,7 +82,13 @@ def _by_compiled_code_alone(library: JITCodeLibrary, fndesc: Any, env: Any) -> o
     return make_function(fndesc.lookup_module(), fndesc.qualname, "a piece of a kernel", 0, env, (library,))
 
 
-class PieceCompiler(Compiler):
+class _Compiler(Compiler):
+    def __init__(self, *context: Any) -> None:
+        super().__init__(*context)
+        self.state.flags = _settled(self.state.flags)
+
+
+class PieceCompiler(_Compiler):
     """Compiler of functions that compiled code alone calls; called from Python they end the process."""
 
     def define_pipelines(self) -> list:
@@ -61,7 +99,7 @@ class PieceCompiler(Compiler):
         return super().define_pipelines()
 
 
-class KernelCompiler(Compiler):
+class KernelCompiler(_Compiler):
     """Compiler of kernels."""
 
     def define_pipelines(self) -> list:

@@ -2,18 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 
 from tolmc.simulation.ensemble import integrate_columns
+from tolmc.simulation.features import Features, features_of
 from tolmc.simulation.judge import STATUSES
-from tolmc.simulation.outputs import scene_outputs
+from tolmc.simulation.outputs import scene_outputs, wants_pose
 from tolmc.simulation.pilot import plan_integration
 from tolmc.simulation.plan import Plan
 from tolmc.study.study import Study, StudyError
+
+
+def study_features(study: Study) -> Features:
+    """What the kernels must compute for a study, known before any of them runs; StudyError where it cannot be integrated."""
+    scalars = study.scene.scalars
+    varied = {each.name for each in study.tolerances.dimensions if not each.lower == each.upper == scalars[each.name]}
+    with _of_study(study):
+        return features_of(study.scene, varied, wants_pose(study.outputs))
+
+
+@contextmanager
+def _of_study(study: Study) -> Iterator[None]:
+    try:
+        yield
+    except ValueError as error:
+        raise StudyError(f"{study.title}: {error}") from None
 
 
 def study_plan(study: Study, worn: Mapping[str, tuple[float, float]] | None = None) -> Plan:
@@ -25,7 +43,7 @@ def study_plan(study: Study, worn: Mapping[str, tuple[float, float]] | None = No
         Where the study cannot be integrated as it says.
     """
     bounds = {dimension.name: (dimension.lower, dimension.upper) for dimension in study.tolerances.dimensions}
-    try:
+    with _of_study(study):
         return plan_integration(
             study.scene,
             bounds | dict(worn or {}),
@@ -39,8 +57,6 @@ def study_plan(study: Study, worn: Mapping[str, tuple[float, float]] | None = No
             halving=study.halving,
             samples=study.samples,
         )
-    except ValueError as error:
-        raise StudyError(f"{study.title}: {error}") from None
 
 
 def integrate_study(study: Study, plan: Plan, dimensions: pd.DataFrame, *, workers: int = 1) -> dict[str, np.ndarray]:

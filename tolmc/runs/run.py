@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing
+from contextlib import closing, nullcontext
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -27,6 +27,7 @@ from tolmc.quantities import SCALARS
 from tolmc.runs import directory as run_directory
 from tolmc.runs.crew import Crew, crew
 from tolmc.runs.directory import NextFree, RunDirectory
+from tolmc.runs.exact_subset import exact_kernel_ahead
 from tolmc.runs.impacts import step_errors
 from tolmc.runs.integrate import integrate_study, status_words, study_plan
 from tolmc.runs.model_terms import ModelTerms, model_terms, with_model_terms
@@ -144,17 +145,18 @@ def run(
         study = Study.from_dict(study)
     study = study if isinstance(study, Study) else load_study(study)
     study = study.replaced(samples=samples, seed=seed, workers=workers)
-    with progress(f"{study.title}: choosing the step"):
-        plan = study_plan(study)
-    with crew(study.workers, cluster) as workforce:
-        block = _block_size(study.samples, workforce.size)
-        if out is None:
-            return _run_in_memory(study, plan, workforce, block, began)
-        most = None
-        if study.until is not None:
-            most, study = study.samples, study.replaced(samples=looks_of(study).start)
-        with run_directory.create(out, study, block=block, plan=_record_of(plan), most_samples=most) as directory:
-            return _run_into(directory, study, plan, workforce, began)
+    with nullcontext() if cluster else exact_kernel_ahead(study):
+        with progress(f"{study.title}: choosing the step"):
+            plan = study_plan(study)
+        with crew(study.workers, cluster) as workforce:
+            block = _block_size(study.samples, workforce.size)
+            if out is None:
+                return _run_in_memory(study, plan, workforce, block, began)
+            most = None
+            if study.until is not None:
+                most, study = study.samples, study.replaced(samples=looks_of(study).start)
+            with run_directory.create(out, study, block=block, plan=_record_of(plan), most_samples=most) as directory:
+                return _run_into(directory, study, plan, workforce, began)
 
 
 def resume(
