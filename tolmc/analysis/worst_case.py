@@ -21,6 +21,8 @@ MAX_CORNER_DIMENSIONS = 14
 SPREAD, STARTS, APART = 256, 4, 0.25
 #: Steps of the search, in shares of the tolerances.
 LARGEST_STEP = 0.25
+#: Gain that ends it, as a share of the values' range.
+NEGLIGIBLE = 1e-6
 
 
 def worst_case(model: Model, tolerances: Tolerances, *, outputs: Iterable[str], interior: bool = False) -> pd.DataFrame:
@@ -96,18 +98,22 @@ def _at(probe: Probe, places: np.ndarray) -> np.ndarray:
 
 @dataclass
 class _Climber:
-    """A place from which the search goes on: of output k, to its largest (sign 1) or smallest (-1) value."""
+    """A place from which the search goes on: of output k, to its largest (sign 1) or smallest (-1) value.
+
+    ``least``: gains that are no more are rounding.
+    """
 
     k: int
     sign: int
     place: np.ndarray
     value: float
+    least: float
     step: float = LARGEST_STEP
 
     def look(self, places: np.ndarray, values: np.ndarray) -> None:
         """Go to the best of these places if it is better, and on with larger steps; else take smaller ones."""
         gains = self.sign * (values - self.value)
-        if (gains > 0).any():
+        if (gains > self.least).any():
             best = int(np.nanargmax(gains))
             self.place, self.value = places[best], float(values[best])
             self.step = min(2 * self.step, LARGEST_STEP)
@@ -133,8 +139,10 @@ class _Search:
         self.probe = probe
         self.known = dict(zip(map(bytes, points), values, strict=True))
         self.climbers = [
-            _Climber(k, sign, points[row], values[row, k])
-            for k in range(values.shape[1])
+            _Climber(k, sign, points[row], values[row, k], NEGLIGIBLE * reach)
+            for k, reach in enumerate(
+                np.nanmax(values, axis=0, initial=-np.inf) - np.nanmin(values, axis=0, initial=np.inf)
+            )
             for sign in (-1, 1)
             for row in _starts(points, sign * values[:, k])
         ]
