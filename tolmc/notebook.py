@@ -31,11 +31,13 @@ def html(shown: Any) -> str:
 
 @html.register
 def _(study: Study) -> str:
+    study.introduce()
     return page(understood_blocks(study))
 
 
 @html.register
 def _(result: StudyResult) -> str:
+    result.study.introduce()
     return page(run_blocks(result))
 
 
@@ -77,6 +79,7 @@ def _(study: Study) -> dict[str, Callable[[], Figure]]:
 @pictures.register
 def _(result: StudyResult) -> dict[str, Callable[[], Figure]]:
     study, samples = result.study, result.samples
+    study.introduce()
     outputs = quantities.outputs_among(samples)
 
     def distributions() -> Figure:

@@ -360,17 +360,7 @@ _DERIVED: dict[str, Output] = {}
 
 
 def derive(row: Output) -> None:
-    """Make an output of a study's own known by its name.
-
-    Raises
-    ------
-    ValueError
-        Where another study of this process has something else by that name: its results could not be told apart.
-    """
-    if _DERIVED.get(row.name, row).kind != row.kind:
-        raise ValueError(
-            f"{row.name} is {KINDS[_DERIVED[row.name].kind].words} in another study of this process; choose another name"
-        )
+    """Make an output of a study's own known by its name, in place of another study's by that name."""
     _DERIVED[row.name] = _ROWS[row.name] = row
 
 

@@ -46,8 +46,11 @@ def test_what_changed_in_the_study(runs):
 
 
 def test_a_run_does_not_differ_from_itself(runs):
-    statistics = compare_runs(runs[0], runs[0]).statistics
+    found = compare_runs(runs[0], runs[0])
+    statistics = found.statistics
     assert (statistics["difference"] == 0).all()
+    (table,) = (b for b in comparison_blocks(found) if isinstance(b, Table) and b.name == "statistics")
+    assert {row[-1].content for row in table.rows} == {"equal"}
     assert ((statistics["difference_low"] <= 0) & (statistics["difference_high"] >= 0)).all()
 
 
@@ -63,6 +66,13 @@ def test_the_interval_of_a_difference_holds_as_often_as_it_says():
     found = difference(interval(first), interval(second))
     covered = ((found["difference_low"] <= true) & (true <= found["difference_high"])).mean()
     assert 0.93 < covered < 0.97
+
+
+def test_what_rounding_leaves_is_no_difference():
+    same = np.array([[0.3, 0.3, 0.3], [2.0, 1.9, 2.1]])
+    found = difference(same, same + np.array([[5.6e-17], [0.01]]))
+    assert found.loc[0, ["difference", "difference_low", "difference_high"]].tolist() == [0.0, 0.0, 0.0]
+    assert found.at[1, "difference"] == pytest.approx(0.01)
 
 
 def test_an_interval_without_an_end_leaves_the_difference_without_one():

@@ -13,6 +13,7 @@ from small_study import GEOMETRY, write
 import tolmc
 from tolmc import quantities
 from tolmc.analysis.model import study_model
+from tolmc.runs.compare import compare_runs
 from tolmc.study.derived import read_outputs
 from tolmc.study.fields import Faults
 from tolmc.study.study import StudyError
@@ -97,11 +98,17 @@ def test_names_that_mean_something_else(name):
         read_outputs({name: "tilt_angle"})
 
 
-def test_one_name_means_one_kind():
-    value("800 mm * tilt_angle", "only_once")
-    value("900 mm * tilt_angle", "only_once")
-    with pytest.raises(Faults, match="choose another name"):
-        value("contact_force_D_max", "only_once")
+def test_an_output_belongs_to_its_study(tmp_path):
+    results = []
+    for k, expression in enumerate(("800 mm * sin(tilt_angle)", "2 * tilt_angle")):
+        own = ("[specification]", f'[outputs]\nsag = {{ value = "{expression}", label = "Sag {k}" }}\n[specification]')
+        path = write(tmp_path, *GEOMETRY, own, name=f"{k}.toml")
+        results.append(tolmc.run(path, samples=32, workers=1, out=tmp_path / f"{k}"))
+    for result, unit in (*zip(results, ("mm", "deg"), strict=True), (pickle.loads(pickle.dumps(results[0])), "mm")):
+        assert f"Sag {result.study.name} <small>{unit}</small>" in result._repr_html_()
+        again = tolmc.run(result.study, samples=32, workers=1)
+        assert again.summary.at["sag", "mean"] == result.summary.at["sag", "mean"]
+    assert "sag" not in compare_runs(tmp_path / "0", tmp_path / "1").statistics.index.get_level_values("output")
 
 
 @given(text=st.text(alphabet="abtilt_ange01.+-*/()[]{}'\"<>= ,:^%mN\n", max_size=40))

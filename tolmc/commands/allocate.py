@@ -33,6 +33,7 @@ def allocate(study: Study | str | Path) -> AllocationResult:
         When the study or its [allocation] cannot be used, or no choice has a predicted yield that could be shown.
     """
     study = study if isinstance(study, Study) else load_study(study)
+    study.introduce()
     plan = read_plan(study)
     if not study.specification:
         raise StudyError(f"{study.title}: [specification] is missing; an allocation needs limits to keep.")

@@ -22,9 +22,12 @@ import pandas as pd
 from tolmc.errors import InputError
 from tolmc.runs import directory as run_directory
 from tolmc.runs.directory import RunDirectory
+from tolmc.study.study import Study
 
 STATISTICS = ("mean", "sd", "q0.135", "q50", "q99.865")
 _MISSING = ""
+# Difference of two values, as a share of them, that is rounding.
+_ROUNDING = 1e-10
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,8 @@ def compare_runs(first: str | Path, second: str | Path) -> RunComparison:
     runs = [_finished(path) for path in (first, second)]
     summaries = [pd.read_csv(run.path / "summary.csv").set_index("output") for run in runs]
     requirements = [pd.read_csv(run.path / "requirements.csv").set_index("requirement") for run in runs]
-    outputs = [name for name in summaries[0].index if name in summaries[1].index]
+    studies = [run.study() for run in runs]
+    outputs = [name for name in summaries[0].index if name in summaries[1].index and _is_same(name, *studies)]
     keys = pd.MultiIndex.from_product([outputs, STATISTICS], names=["output", "statistic"])
     statistics = [_estimates((summary.loc[name], key) for name, key in keys) for summary in summaries]
     common = [name for name in requirements[0].index if name in requirements[1].index]
@@ -68,19 +72,26 @@ def compare_runs(first: str | Path, second: str | Path) -> RunComparison:
     return RunComparison(
         runs[0],
         runs[1],
-        _changes(*(tomllib.loads(run.study().source) for run in runs)),
+        _changes(*(tomllib.loads(study.source) for study in studies)),
         difference(*statistics).set_index(keys),
         difference(*shares).set_index(pd.Index(common, name="requirement")),
     )
 
 
+def _is_same(name: str, first: Study, second: Study) -> bool:
+    """Whether both studies measure the same by an output's name: those of their own they may have for different things."""
+    kinds = [{output.name: output.row.kind for output in study.derived}.get(name) for study in (first, second)]
+    return kinds[0] == kinds[1]
+
+
 def difference(first: np.ndarray, second: np.ndarray) -> pd.DataFrame:
-    """Two columns of (value, low, high) side by side, with their difference and its interval."""
+    """Two columns of (value, low, high) side by side, with their difference (0 where it is rounding) and its interval."""
     (a, a_low, a_high), (b, b_low, b_high) = first.T, second.T
+    change = np.where(np.abs(b - a) <= _ROUNDING * np.maximum(np.abs(a), np.abs(b)), 0.0, b - a)
     with np.errstate(invalid="ignore"):  # an interval without an end
-        low = b - a - np.hypot(b - b_low, a_high - a)
-        high = b - a + np.hypot(b_high - b, a - a_low)
-    columns = {"first": first, "second": second, "difference": np.stack((b - a, low, high), axis=1)}
+        low = change - np.hypot(b - b_low, a_high - a)
+        high = change + np.hypot(b_high - b, a - a_low)
+    columns = {"first": first, "second": second, "difference": np.stack((change, low, high), axis=1)}
     ends = ("", "_low", "_high")
     return pd.DataFrame({f"{name}{end}": part[:, i] for name, part in columns.items() for i, end in enumerate(ends)})
 

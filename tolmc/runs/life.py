@@ -112,6 +112,7 @@ def life(study: Study | Mapping[str, Any] | str | Path, *, keep: Path | None = N
     if isinstance(study, Mapping):
         study = Study.from_dict(study)
     study = study if isinstance(study, Study) else load_study(study)
+    study.introduce()
     section = life_section(study)
     if not study.specification:
         raise StudyError(f"{study.title}: [specification] is missing; a life ends where limits are broken.")

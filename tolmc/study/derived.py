@@ -52,12 +52,14 @@ class Derived:
     expression : with a name for each number
     constants : {name: value} of the numbers, SI units
     names : the dimensions and outputs that it needs
+    row : what it measures and what people call it
     """
 
     name: str
     expression: str
     constants: Mapping[str, float]
     names: tuple[str, ...]
+    row: Output
 
     def values(self, columns: Mapping[str, np.ndarray], scalars: Mapping[str, float]) -> np.ndarray:
         """Its values for columns of dimensions and outputs, SI units; a scalar that does not vary comes from ``scalars``."""
@@ -93,18 +95,20 @@ def _output(name: str, entry: object) -> Derived:
         )
     section = validated(OutputSection, entry if isinstance(entry, dict) else {"value": entry}, "outputs", name)
     try:
-        derived, constants = _parsed(name, section.value)
-        kind = _kind(derived, constants, section.unit)
-        settled = "at start" if set(derived.outputs) <= set(quantities.GEOMETRY) else "at end"
-        label = section.label or name.replace("_", " ").capitalize()
-        quantities.derive(Output(name, kind, label, group="derived", settled=settled))
+        expression, names, constants = _parsed(section.value)
+        kind = _kind(expression, names, constants, section.unit)
     except ValueError as error:
         raise Faults(f"{place('outputs', name)} = {short(section.value)}: {error}.") from None
-    return derived
+    of_geometry = {word for word in names if word in quantities.OUTPUTS} <= set(quantities.GEOMETRY)
+    label = section.label or name.replace("_", " ").capitalize()
+    row = Output(name, kind, label, group="derived", settled="at start" if of_geometry else "at end")
+    quantities.derive(row)
+    numbers = {word: float(value.to_base_units().magnitude) for word, value in constants.items()}
+    return Derived(name, expression, numbers, names, row)
 
 
-def _parsed(name: str, text: str) -> tuple[Derived, dict[str, Any]]:
-    """The output, and its numbers with their units."""
+def _parsed(text: str) -> tuple[str, tuple[str, ...], dict[str, Any]]:
+    """The expression with a name for each number, the dimensions and outputs in it, and the numbers with their units."""
     if len(text) > _LONGEST:
         raise ValueError(f"it is longer than {_LONGEST} characters; write it shorter")
     constants: dict[str, Any] = {}
@@ -115,9 +119,7 @@ def _parsed(name: str, text: str) -> tuple[Derived, dict[str, Any]]:
         return word
 
     expression = _NUMBER.sub(named, text)
-    names = _names(expression, set(constants))
-    numbers = {word: float(value.to_base_units().magnitude) for word, value in constants.items()}
-    return Derived(name, expression, numbers, names), constants
+    return expression, _names(expression, set(constants)), constants
 
 
 def _names(expression: str, constants: set[str]) -> tuple[str, ...]:
@@ -174,15 +176,15 @@ def _quantity(number: str, unit: str) -> Any:
         raise ValueError(f"the unit {unit!r} behind {number} is unknown; write one such as mm, N or deg") from None
 
 
-def _kind(derived: Derived, constants: Mapping[str, Any], unit: str | None) -> str:
+def _kind(expression: str, names: tuple[str, ...], constants: Mapping[str, Any], unit: str | None) -> str:
     """What the expression measures, a name in :data:`tolmc.quantities.KINDS`: that of ``unit`` where it is given."""
     import pint
 
     registry = _registry()
-    names = {name: registry.Quantity(1.0, quantities.unit(name)) for name in derived.names}
+    ones = {name: registry.Quantity(1.0, quantities.unit(name)) for name in names}
     try:
         with np.errstate(all="ignore"):
-            found = registry.Quantity(1.0, "") * _evaluated(derived.expression, {**constants, **names})
+            found = registry.Quantity(1.0, "") * _evaluated(expression, {**constants, **ones})
     except pint.DimensionalityError as error:
         raise ValueError(
             f"its units do not go together: {error}; add and subtract only what measures the same, and bring it there by a "

@@ -96,6 +96,18 @@ class Study(Shown):
     source: str
     data_files: Mapping[str, bytes]
 
+    def __post_init__(self) -> None:
+        self.introduce()
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.introduce()
+
+    def introduce(self) -> None:
+        """Make the study's own outputs known by their names, which another study may have had for something else."""
+        for output in self.derived:
+            quantities.derive(output.row)
+
     def __repr__(self) -> str:
         varied = ", ".join(dimension.name for dimension in self.tolerances.varied) or "nothing"
         limited = ", ".join(self.specification) or "nothing"

@@ -50,16 +50,22 @@ def _shares(shares: pd.DataFrame) -> Table:
     rows = []
     for name, row in shares.iterrows():
         first, second = (plain.share(row[part])[0] for part in ("first", "second"))
-        change = f"{100 * row['difference']:+.3g} %"
-        interval = f"{100 * row['difference_low']:+.3g} to {100 * row['difference_high']:+.3g} %"
+        change = f"{_signed(100 * row['difference'])} %"
+        interval = f"{_signed(100 * row['difference_low'])} to {_signed(100 * row['difference_high'])} %"
         label = EVENTS.get(str(name)) or f"{quantities.label(str(name))} out"
         rows.append(cells(label, first, second, change, interval, _seen(row)))
     columns = ("Share of the samples", "first", "second", "difference", "95 % interval", Column("", words=True))
     return Table("shares", columns, tuple(rows), title="Requirements", frame=shares)
 
 
+def _signed(value: float) -> str:
+    return f"{value:+.3g}" if value else "0"
+
+
 def _seen(row: pd.Series) -> Cell:
     """Whether the interval of the difference says that there is one."""
+    if row["difference"] == 0:
+        return Cell("equal")
     if row["difference_low"] > 0:
         return Cell("more", tone="heading")
     return Cell("less", tone="heading") if row["difference_high"] < 0 else Cell("no difference shown")

@@ -23,11 +23,13 @@ from tolmc.text.typeset import span
 from tolmc.tolerances.interference import interference_note
 
 # What a motion costs, for a word about the time a run takes: the steps for a radian of its fastest oscillation at the default
-# accuracy, seconds a step on one core with all statistics (symmetric body, any other), seconds of everything else.
+# accuracy, seconds a step on one core with all statistics (symmetric body, any other), seconds of the start and the pictures,
+# and of the pilot and the motions that judge the model.
 _STEPS_A_RADIAN = 3.5
 _STEP_SECONDS = {True: 0.2e-6, False: 0.8e-6}
 _RUBBING = 4.0  # how much more with friction, wear, a drive, or loads that swing
-_OVERHEAD = 2.0
+_HOPPING = 10.0  # and with flight and impacts
+_OVERHEAD, _PILOT = 2.0, 3.0
 
 
 def understood_blocks(study: Study) -> Iterator[Table | Note]:
@@ -161,7 +163,7 @@ def _computed(study: Study) -> Iterator[tuple[str, str]]:
             "Life",
             f"tolmc life: hours until {share:.4g} % of the parts break a limit, up to {study.life.running_time / 3600:.4g} h",
         )
-    yield "Takes", about(seconds(study))
+    yield "Takes", about(seconds(study), compiles=study.integrates)
 
 
 def seconds(study: Study) -> float:
@@ -170,10 +172,9 @@ def seconds(study: Study) -> float:
         return _OVERHEAD + 1e-6 * study.samples
     scene = study.scene
     steps = scene.duration / study.step if study.step else 10 + _STEPS_A_RADIAN * _fastest_rate(scene) * scene.duration
-    each = (
-        steps * _STEP_SECONDS[scene.body.is_symmetric] * (2 if study.halving else 1) * (_RUBBING if scene.rubs else 1.0)
-    )
-    return _OVERHEAD + study.samples * each / study.workers
+    each = steps * _STEP_SECONDS[scene.body.is_symmetric] * (2 if study.halving else 1)
+    each *= (_RUBBING if scene.rubs else 1.0) * (1.0 if scene.joint.restitution is None else _HOPPING)
+    return _OVERHEAD + _PILOT + study.samples * each / study.workers
 
 
 def _fastest_rate(scene: Scene) -> float:
@@ -192,12 +193,17 @@ def _fastest_rate(scene: Scene) -> float:
     )
 
 
-def about(time: float) -> str:
+def about(time: float, *, compiles: bool = True) -> str:
     """A guessed time in words."""
-    if time < 10:
-        return "some seconds, and up to a minute more where the kernels are not compiled yet"
-    words = f"{time:.0f} s" if time < 90 else f"{time / 60:.0f} min" if time < 5400 else f"{time / 3600:.0f} h"
-    return f"about {words} (a guess, good to a factor of three), and up to a minute more where the kernels are not compiled yet"
+    words = (
+        f"{float(f'{time:.1g}'):.0f} s"
+        if time < 90
+        else f"{time / 60:.0f} min"
+        if time < 5400
+        else f"{time / 3600:.0f} h"
+    )
+    first = "; the first time one or two minutes more, while the kernels are compiled" if compiles else ""
+    return f"about {words} (a guess, good to a factor of three){first}"
 
 
 def notes(study: Study) -> Iterator[str]:

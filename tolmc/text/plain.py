@@ -36,7 +36,7 @@ def estimate(value: float, low: float, high: float, *, digits: int = 5) -> tuple
         return text, "open"
     if half < 0.5 * 10**-decimals:
         return text, ""
-    return text, f"±{half:.{decimals}f}" if 0 <= decimals <= 5 else f"±{half:.1g}"
+    return text, f"±{half:.{decimals}f}" if 0 <= decimals <= 7 else f"±{half:.1g}"
 
 
 def share(value: float, low: float = math.nan, high: float = math.nan) -> tuple[str, str]:
