@@ -175,7 +175,9 @@ class _Content:
         settings: dict[str, Any] = {"target": self.target, **self.judged, **self.drawn, **self.level}
         terms = []
         if (exact := self._kept(EXACT_SECTION)) is not None:
-            terms.append(section_of_requirements(self.samples, exact, shares, **settings))
+            terms.append(
+                section_of_requirements(self.samples, self.samples.iloc[: len(exact)], exact, shares, **settings)
+            )
         if (law := self._kept(CONTACT_LAW)) is not None:
             followed = by_restitution(law)
             first = self.samples.iloc[: min(len(frame) for frame in followed.values())]

@@ -66,7 +66,7 @@ def with_model_terms(
         frame = terms.exact.to_pandas()
         first = read(rows=len(frame)).to_pandas()
         summary = summary.join(section_differences(first, frame, _compared(outputs, frame), **drawn))
-        of_section = section_of_requirements(Columns(read), frame, requirements, **settings)
+        of_section = section_of_requirements(Columns(read), first, frame, requirements, **settings)
         summary["section"] = of_section["section"].reindex(summary.index).fillna("")
         requirements = requirements.join(of_section)
     if terms.followed is not None:

@@ -92,6 +92,7 @@ def _difference(pair: np.ndarray) -> np.ndarray:
 
 def section_of_requirements(
     samples: pd.DataFrame,
+    circle: pd.DataFrame,
     exact: pd.DataFrame,
     shares: pd.DataFrame,
     *,
@@ -105,7 +106,7 @@ def section_of_requirements(
     Parameters
     ----------
     samples : all samples of the run, on the circle
-    exact : the first of them on the exact section
+    circle, exact : the first of them, there and on the exact section
     shares : :func:`tolmc.statistics.summary.summarise_requirements` of ``samples``
     target : the yield that is asked for
 
@@ -118,14 +119,13 @@ def section_of_requirements(
         circle decides whether most parts, or the target yield, keep the requirement and the exact section does not confirm it;
         empty elsewhere. ``section_turns_target``: whether that is so of the target yield.
     """
-    rows, count = Rows(**drawn), len(exact)
-    head = pd.DataFrame({name: samples[name].iloc[:count] for name in exact.columns if name in samples})
+    rows = Rows(**drawn)
     # A sample that failed on the circle, by halving its steps say, is not known on the exact section either.
-    exact = exact.assign(status=exact["status"].astype(object).mask(failed(head), head["status"].astype(object)))
+    exact = exact.assign(status=exact["status"].astype(object).mask(failed(circle), circle["status"].astype(object)))
     found = summarise_requirements(exact, specification=specification, on_contact_loss=on_contact_loss, **drawn)
-    frames = {"circle": head, "exact": exact}
+    frames = {"circle": circle, "exact": exact}
     states = {section: events(frame, specification, on_contact_loss) for section, frame in frames.items()}
-    shifted = _shifted_shares(samples, head, exact, specification, on_contact_loss, drawn)
+    shifted = _shifted_shares(samples, circle, exact, specification, on_contact_loss, drawn)
     table: dict[str, dict[str, Any]] = {}
     for name in shares.index:
         (out, known), (out_exact, known_exact) = states["circle"][name], states["exact"][name]
