@@ -16,10 +16,10 @@ from small_study import write
 
 RESULTS = ("samples.parquet", "summary.csv", "requirements.csv")
 
-# Some two seconds of work in many blocks, so that most kills fall into it.
-SAMPLES = 30_000
+# A second or two of work in many blocks, so that most kills fall into it.
+SAMPLES = 20_000
 MOST_KILLS = 10  # of one run
-LONGER = ('duration = "0.1 s"', 'duration = "3 s"')
+LONGER = ('duration = "0.1 s"', 'duration = "2 s"')
 
 
 def start(*arguments, **options):
