@@ -3,6 +3,13 @@
 Compilation makes first examples of a property slow, and a run in CI must be repeatable.
 """
 
+import os
+
+# Before NumPy is imported: threads of its linear algebra spin while they wait, and two processes on two cores would have
+# each other wait ten times as long as the work takes.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MKL_NUM_THREADS", "1")
+
 import pytest
 from hypothesis import settings
 
