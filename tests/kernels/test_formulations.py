@@ -35,18 +35,19 @@ every_formulation = pytest.mark.parametrize("name", FORMULATIONS)
 def every_kernel(*chosen):
     """Cases (name, method, forces) of every formulation with each (method, forces) that is ``chosen``.
 
-    Of rk4 with contact forces the suite compiles the short equations alone, of the others rk4 without: the formula, the
-    equations and the watchers of forces are so compiled with one another. The nightly run compiles all, and
-    :func:`test_the_formulations_run_without_compilation` runs all.
+    Of rk4 with contact forces the suite compiles one. The formula with the other equations :func:`test_order` compiles, their
+    watchers of forces rk8; :func:`test_the_formulations_run_without_compilation` and the nightly run have all.
     """
-    cases = []
-    for method, forces in chosen:
-        for name in FORMULATIONS:
-            left_out = (method, forces) == ("rk4", True) and name not in ("slope_symmetric", "slope_axial")
-            cases.append(pytest.param(name, method, forces, marks=pytest.mark.nightly if left_out else ()))
-            if left_out:
-                cases.append((name, method, False))
-    return pytest.mark.parametrize(("name", "method", "forces"), cases)
+    return pytest.mark.parametrize(
+        ("name", "method", "forces"),
+        [
+            pytest.param(
+                name, method, forces, marks=() if method == "rk8" or name == "slope_symmetric" else pytest.mark.nightly
+            )
+            for method, forces in chosen
+            for name in FORMULATIONS
+        ],
+    )
 
 
 def integrated(name, raw, steps, duration, *, method="rk8", forces=True, momentum=False, project_energy=False):
@@ -164,4 +165,4 @@ def test_a_lane_does_not_see_its_neighbours(name, method, forces):
 
 @pytest.mark.slow
 def test_the_formulations_run_without_compilation():
-    run_uncompiled(__file__, "-k", "not without and not rk4-False")
+    run_uncompiled(__file__, "-k", "not without")
