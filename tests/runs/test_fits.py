@@ -76,12 +76,13 @@ def test_fits_are_priced_by_the_grades_of_an_allocation(tmp_path):
 
 def test_the_loosest_fit_that_does_is_named(tmp_path):
     study = tolmc.load_study(write(tmp_path, *FIT))
-    table, note = fits_blocks(study, try_fits(study, "H11/c11-h11", samples=2000), samples=2000)
+    table, note, costs = fits_blocks(study, try_fits(study, "H11/c11-h11", samples=2000), samples=2000)
     verdicts = [row[-1].content for row in table.rows]
     assert verdicts[0] == "not met" and verdicts[-1] == "met"
     others = [row[0].content for row, verdict in zip(table.rows, verdicts, strict=True) if verdict == "met"][1:]
     assert note.text.endswith(f" {others[-1]}.") and note.text.startswith(f"Of these fits {note.strong} is the loosest")
     assert isinstance(note, Note) and note.strong == table.rows[verdicts.index("met")][0].content
+    assert isinstance(costs, Note) and "[allocation.dimensions]" in costs.text
 
 
 def test_what_the_model_of_the_joint_may_turn_is_not_decided(tmp_path):

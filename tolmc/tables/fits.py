@@ -55,17 +55,23 @@ def fits_blocks(study: Study, found: pd.DataFrame, *, samples: int) -> Iterator[
             "are counted both ways.",
             is_apart=True,
         )
-    met = [fit for fit, verdict in verdicts.items() if verdict == MET]
-    if not met:
+    yield _answer(found, [fit for fit, verdict in verdicts.items() if verdict == MET], f"{100 * target:.6g} %")
+    if not priced:
         yield Note(
-            f"None of these fits is shown to keep the limits in {100 * target:.6g} % of the parts.", is_apart=True
+            "No costs: where [allocation.dimensions] of the study prices bore and journal, they stand beside ('tolmc explain "
+            "allocation.dimensions')."
         )
-        return
+
+
+def _answer(found: pd.DataFrame, met: list, target: str) -> Note:
+    """The loosest of the fits that meet the target."""
+    if not met:
+        return Note(f"None of these fits is shown to keep the limits in {target} of the parts.", is_apart=True)
     loosest = max(met, key=lambda fit: found.at[fit, "clearance_high"])
     others = [fit for fit in met if fit != loosest]
     more = f" So {'do' if len(others) > 1 else 'does'} {joined(others)}." if others else ""
-    yield Note(
-        f"Of these fits {loosest} is the loosest that keeps the limits in {100 * target:.6g} % of the parts.{more}",
+    return Note(
+        f"Of these fits {loosest} is the loosest that keeps the limits in {target} of the parts.{more}",
         strong=str(loosest),
         is_apart=True,
     )

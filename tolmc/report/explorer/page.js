@@ -93,7 +93,7 @@
       const value = clean(range.factor * sets[d.name][range.key]);
       slider.value = value;
       slider.setAttribute("aria-valuetext", `${value} ${d.shownUnit}`);
-      if (document.activeElement !== field) field.value = value;
+      if (document.activeElement !== field) field.value = Number(value.toPrecision(range.key === "width" ? 5 : 8));
     };
     const take = (text) => {
       const value = Number(text);
@@ -398,6 +398,9 @@
     return { made, show };
   }
 
+  const noCosts = () => element("p", { class: "small soft" },
+    "No costs: where [allocation.dimensions] of the study prices tolerances, cost against yield stands here.");
+
   // ---- what is shown of a state
 
   const predicted = (set, of = limits(), limitedAlone = false) => arithmetic.predicted(data, set, of, limitedAlone);
@@ -522,7 +525,7 @@
           element("p", { class: "buttons" }, take, reset, copied),
           element("details", {}, element("summary", {}, "The study as it is set"), text)),
         element("div", { class: "results" },
-          joint.made, ...(cost ? [cost.made] : []), ...panels.filter(({ isForemost }) => isForemost).map(({ made }) => made),
+          joint.made, ...(cost ? [cost.made] : choices.length ? [] : [noCosts()]), ...panels.filter(({ isForemost }) => isForemost).map(({ made }) => made),
           ...(others.length ? [element("details", { class: "further" }, element("summary", {}, `Further outputs (${others.length})`),
             element("div", { class: "results" }, ...others.map(({ made }) => made)))] : []))));
     root.hidden = false;
