@@ -28,7 +28,7 @@ def draw_explorer(browser: Browser, run: Path) -> None:
     """The explorer with the first dimension's zone two fifths wider."""
     page = browser.new_page(viewport={"width": WIDTH, "height": 1000})
     page.goto((run / "report.html").absolute().as_uri())
-    field = page.locator("#explorer input[type=number]").nth(1)
+    field = page.locator("#explorer fieldset input[type=number]").nth(1)
     field.fill(f"{1.4 * float(field.input_value()):.6g}")
     field.blur()
     page.wait_for_timeout(1000)  # the cost is drawn when nothing moves

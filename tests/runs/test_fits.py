@@ -98,7 +98,7 @@ def test_what_the_model_of_the_joint_may_turn_is_not_decided(tmp_path):
         **{"yield": 1.0, "yield_low": 1.0, "yield_high": 1.0, "section": "", "section_turns_target": False}
     )
     found.loc[first, ["section", "section_turns_target"]] = [said, True]
-    table, note = fits_blocks(study, found, samples=64)
+    table, note, _ = fits_blocks(study, found, samples=64)
     verdicts = {row[0].content: row[-1].content for row in table.rows}
     assert verdicts == {first: said, found.index[1]: "met"} and note.strong == found.index[1]
 
