@@ -14,6 +14,7 @@ from tolmc.allocation.offers import offered_box
 from tolmc.allocation.study_table import _choice, read_plan
 from tolmc.cli import main
 from tolmc.commands.allocate import allocate_study
+from tolmc.commands.check import check_study
 from tolmc.errors import InputError
 from tolmc.study.file import load_study
 from tolmc.study.study import StudyError
@@ -118,15 +119,17 @@ def test_a_grade_beside_the_offer_shows_its_yield_by_true_motions():
         (("IT10 = 3.1", "IT99 = 3.1"), r"bearing_radius.grades: ISO 286: grade 'IT99' is unknown"),
         (("{ IT8 = 6.0, IT9 = 4.2, IT10 = 3.1 }", "{}"), r"bearing_radius.grades is empty; give at least one grade"),
         (('narrowest = "0.01 mm", ', ""), r"half_length.narrowest is missing; give the narrowest zone"),
-        (('"0.4 mm"', '"0.001 mm"'), r"half_length: allowed: at > 0 and 0 < narrowest < widest"),
+        (('"0.4 mm"', '"0.001 mm"'), r"half_length = .*: expected at > 0 and 0 < narrowest < widest"),
         (("variable = 1.2, ", ""), r"half_length.cost.variable is missing; give the cost on top of fixed"),
         ((', at = "0.1 mm" }', ', at = "0.1 mm", law = "linear" }'), r"law = 'linear' is not possible.*'reciprocal'"),
-        (("cost = {", "grades = { IT7 = 1 }, cost = {"), r"half_length must have either grades or cost"),
+        (("cost = {", "grades = { IT7 = 1 }, cost = {"), r"half_length = .*: expected either grades or cost"),
     ],
 )
 def test_plans_that_cannot_be_used(tmp_path, change, message):
-    with pytest.raises(StudyError, match=message):
-        read_plan(load_study(study_file(tmp_path, change)))
+    path = study_file(tmp_path, change)
+    for read in (lambda: read_plan(load_study(path)), lambda: check_study(path)):
+        with pytest.raises(StudyError, match=message):
+            read()
 
 
 def test_study_without_allocation_or_specification(tmp_path):

@@ -30,6 +30,7 @@ from tolmc.study.fields import (
     place,
     quantity,
     share,
+    short,
     validated,
     whole,
 )
@@ -124,14 +125,16 @@ def _choice(study: Study, word: str, entry: object) -> Grades | Curve:
     cost: _Cost | None = choice.cost
     ends: dict[str, Any] = {"narrowest": choice.narrowest, "widest": choice.widest}
     if (choice.grades is None) == (cost is None):
-        raise Faults(f"{place(*where)} must have either grades or cost; give one of them.")
+        raise Faults(f"{place(*where)} = {short(entry)}: expected either grades or cost; give one of them.")
     if cost is None:
         return _grades(study, name, choice, (*where, "grades"))
     for field, width in ends.items():
         if width is None:
             raise Faults(f"{place(*where, field)} is missing; give the {field} zone that can be bought.")
     if cost.at <= 0 or not 0 < ends["narrowest"] < ends["widest"]:
-        raise Faults(f"{place(*where)}: allowed: at > 0 and 0 < narrowest < widest; correct the widths.")
+        raise Faults(
+            f"{place(*where)} = {short(entry)}: expected at > 0 and 0 < narrowest < widest; correct the widths."
+        )
     return Curve(name, ends["narrowest"], ends["widest"], cost.at, cost.variable, cost.fixed, cost.law, choice.anchor)
 
 

@@ -11,6 +11,7 @@ from typing import Any, cast
 
 import click
 
+from tolmc.commands.check import check_prices
 from tolmc.commands.compare_sections import compare_run
 from tolmc.commands.written import written
 from tolmc.runs import run as monte_carlo
@@ -30,6 +31,7 @@ def run_study(study: Path, shown: Mapping[str, bool], *, out: Path | None, **opt
     ``shown``: "brief", "as_json", or sections to "compare".
     """
     loaded = load_study(study)
+    check_prices(loaded)
     if note := interference_note(loaded.tolerances, loaded.scene.scalars):
         _note(note)
     for slip in slips(loaded):
