@@ -360,7 +360,7 @@ class TestPage:
     def test_is_small_and_closed(self, directory):
         page = (directory / "report.html").read_text(encoding="utf-8")
         assert len(page.encode()) <= 1_500_000
-        assert page.count("<script") == page.count("</script>") == 4
+        assert page.count("<script") == page.count("</script>") == 6
         assert re.search('<section id="explorer" hidden>', page)
         scripts = "".join(re.findall("<script>(.*?)</script>", page, re.DOTALL))
         scripts = scripts.replace("http://www.w3.org/2000/svg", "")  # a name, never fetched
@@ -370,7 +370,7 @@ class TestPage:
         title = ('title = "A small study"', "title = '</script><script>alert(1)</script>'")
         study = small_study.write(tmp_path, *small_study.GEOMETRY, title)
         page = (explored_run(study, tmp_path / "run") / "report.html").read_text(encoding="utf-8")
-        assert page.count("<script") == page.count("</script>") == 4
+        assert page.count("<script") == page.count("</script>") == 6
         assert data_of(tmp_path / "run")["source"] == study.read_text(encoding="utf-8")
 
     def test_gives_no_verdict_where_the_section_turns_it(self, directory):

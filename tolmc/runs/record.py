@@ -86,9 +86,7 @@ def read_record(path: Path) -> dict:
         # Infinity and NaN, which are no JSON but which Python reads and once wrote, are words from here on.
         record = json.loads(file.read_text(encoding="utf-8"), parse_constant=str)
     except (FileNotFoundError, NotADirectoryError):
-        raise RunDirectoryError(
-            f"{path} is no run directory: it has no run.json. Give one that a run wrote."
-        ) from None
+        raise RunDirectoryError(f"{path} is no run directory: it has no run.json. Give one that a run wrote.") from None
     except (OSError, ValueError, RecursionError) as error:
         raise RunDirectoryError(f"{file} cannot be read: {error}. Restore it, or run into a new directory.") from None
     if not isinstance(record, dict) or not isinstance(record.get("format"), int):

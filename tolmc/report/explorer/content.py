@@ -36,7 +36,7 @@ from tolmc.tolerances.distributions import Normal, Scipy, Triangular
 #: Parts that the explorer shows: as many as leave the report this small, bytes, beside its pictures and its text.
 FEWEST_PARTS, MOST_PARTS = 1_000, 10_000
 LARGEST_REPORT, OF_TEXT = 1_500_000, 180_000
-SCRIPTS = ("arithmetic.js", "study_text.js", "page.js")
+SCRIPTS = ("arithmetic.js", "study_text.js", "elements.js", "limits.js", "page.js")
 # What a study file says of limits, which the explorer writes anew.
 _LIMITS = ("size", "nominal", "tolerance", "lower", "upper", "diameter")
 _CURVE_STEPS = 9

@@ -7,7 +7,8 @@
   const { dimensions, outputs, choices, cells, classes } = data;
   const byName = Object.fromEntries(dimensions.map((d) => [d.name, d]));
 
-  const BINS = 48, WIDTH = 300, HEIGHT = 84;
+  const { element, number, fixed, places, percent, labelled, round, stepOf, clean, lower } = elements;
+  const { WIDTH, HEIGHT } = limitControls, BINS = 48;
   const studySets = () => Object.fromEntries(
     dimensions.map((d) => [d.name, { nominal: d.nominal, width: d.upper - d.lower, size: d.size }]));
   // What is asked: smallest and largest allowed of every output (null: no limit), share of the parts that keep them.
@@ -15,50 +16,7 @@
   let sets = studySets(), asked = studyAsked();
   const limits = () => arithmetic.limitsOf(outputs, asked.ends);
 
-  // ---- elements and numbers as people read them
-
-  function element(tag, attributes = {}, ...children) {
-    const svg = ["svg", "path", "line", "circle", "rect", "g", "polyline", "text"].includes(tag);
-    const made = svg ? document.createElementNS("http://www.w3.org/2000/svg", tag) : document.createElement(tag);
-    for (const [name, value] of Object.entries(attributes)) {
-      if (value !== null && value !== undefined) made.setAttribute(name, value);
-    }
-    made.append(...children);
-    return made;
-  }
-
-  const minus = (text) => text.replace("-", "\u2212");
-  const number = (value, digits = 5) => (Number.isFinite(value) ? minus(studyText.decimal(value, digits)) : "\u2013");
-  const fixed = (value, places) => minus(value.toFixed(Math.min(Math.max(places, 0), 9)));
-  const places = (step) => (step > 0 ? 1 - Math.floor(Math.log10(step)) : 4);
-
-  function percent({ value, low, high }) {
-    let digits = Math.min(places(100 * (high - low)), 4);
-    while (value < 1 && digits < 4 && Number((100 * value).toFixed(Math.max(digits, 0))) === 100) digits++;
-    return [value, low, high].map((share) => fixed(100 * share, share === 0 || share === 1 ? 0 : digits));
-  }
-
-  // The contact forces of a label set as symbols.
-  function labelled(text) {
-    const parts = text.split(/N_([DE])/);
-    return parts.flatMap((part, i) => (i % 2 ? [element("i", {}, "N"), element("sub", {}, part)] : [part]));
-  }
-
   // ---- controls
-
-  // The largest of 1, 2, 5 times a power of ten that is no larger.
-  function round(value) {
-    const power = 10 ** Math.floor(Math.log10(value));
-    const lead = value / power;
-    return (lead >= 5 ? 5 : lead >= 2 ? 2 : 1) * power;
-  }
-
-  // A step of about a fiftieth of a width that divides it.
-  function stepOf(width) {
-    let step = round(width / 40);
-    for (let i = 0; i < 3 && Math.abs(width / step - Math.round(width / step)) > 1e-6; i++) step /= 10;
-    return Number(step.toPrecision(6));
-  }
 
   const isSymmetric = (d) => Math.abs(d.lower + d.upper - 2 * d.nominal) < 1e-9 * (d.upper - d.lower);
 
@@ -81,8 +39,6 @@
       },
     ];
   }
-
-  const clean = (value) => Number(value.toPrecision(10));
 
   function control(d, range) {
     const id = `explorer-${d.name}-${range.key}`;
@@ -164,94 +120,9 @@
     return `${path}V${HEIGHT}Z`;
   }
 
-  const SIDES = { min: ["\u2265", "smallest allowed"], max: ["\u2264", "largest allowed"] };
-
-  // Limits of an output: a line in its histogram and a slider below it, both to be moved, and a number.
-  function limitControls(output, place) {
-    const ends = asked.ends[place], factor = output.factor, unit = output.shownUnit;
-    let axis = null, held = false;
-    const atPlace = (share) => {
-      const { low, high, step } = axis;
-      return clean(Math.round((low + Math.min(Math.max(share, 0), 1) * (high - low)) / step) * step);
-    };
-    const take = (side, shown) => {
-      const own = output[side] !== null && Math.abs(shown - factor * output[side]) <= 1e-9 * Math.abs(shown);
-      asked.ends[place][side] = own ? output[side] : shown / factor;
-      changed();
-    };
-    const hold = (is) => () => {
-      held = is;
-      if (!is) changed();
-    };
-    const made = Object.entries(SIDES).map(([side, [sign, words]]) => {
-      const name = `${output.label}, ${words}`;
-      const line = element("line", { class: "limit", y1: 0, y2: HEIGHT }), grip = element("line", { class: "grip", y1: 0, y2: HEIGHT });
-      const beyond = element("rect", { class: "beyond", y: 0, height: HEIGHT });
-      const slider = element("input", { type: "range", "aria-label": name });
-      const field = element("input", { type: "number", step: "any", placeholder: "none", "aria-label": `${name}${unit ? `, ${unit}` : ""}` });
-      const aside = element("span", { class: `aside ${side}` });
-      grip.addEventListener("pointerdown", (event) => {
-        held = true;
-        grip.setPointerCapture(event.pointerId);
-        event.preventDefault();
-        slider.focus();
-      });
-      grip.addEventListener("pointermove", (event) => {
-        const box = grip.ownerSVGElement.getBoundingClientRect();
-        if (grip.hasPointerCapture(event.pointerId)) take(side, atPlace((event.clientX - box.left) / box.width));
-      });
-      grip.addEventListener("lostpointercapture", hold(false));
-      slider.addEventListener("pointerdown", hold(true));
-      slider.addEventListener("change", hold(false));
-      slider.addEventListener("input", () => take(side, Number(slider.value)));
-      field.addEventListener("input", () => {
-        const value = Number(field.value);
-        if (field.value === "" && !field.validity.badInput) {
-          asked.ends[place][side] = null;
-          changed();
-        } else if (Number.isFinite(value) && field.value !== "") take(side, value);
-      });
-      const show = () => {
-        const limit = asked.ends[place][side], { low, high, step } = axis;
-        const value = limit === null ? null : clean(factor * limit);
-        const outside = value === null ? 0 : value < low ? -1 : value > high ? 1 : 0;
-        [line, grip, slider].forEach((part) => part.toggleAttribute("hidden", value === null || outside !== 0));
-        beyond.toggleAttribute("hidden", value === null);
-        if (document.activeElement !== field) field.value = value ?? "";
-        aside.textContent = outside ? `${outside < 0 ? "\u2190 " : ""}${sign} ${number(value)}${outside > 0 ? " \u2192" : ""}` : "";
-        aside.classList.toggle("left", outside < 0);
-        if (value === null) return;
-        const x = Math.min(Math.max(WIDTH * (value - low) / (high - low), 0), WIDTH);
-        [line, grip].forEach((part) => ["x1", "x2"].forEach((end) => part.setAttribute(end, x)));
-        beyond.setAttribute("x", side === "max" ? x : 0);
-        beyond.setAttribute("width", side === "max" ? WIDTH - x : x);
-        Object.assign(slider, { min: low, max: high, step, value });
-        slider.setAttribute("aria-valuetext", `${number(value)} ${unit}`.trim());
-      };
-      field.addEventListener("blur", () => show());
-      return { side, sign, line, grip, beyond, slider, field, aside, show };
-    });
-    // Ends of the axis: the study's values with room, what is set, limits near them; whole steps, still while a limit is drawn.
-    const axisOf = (now, study) => {
-      if (held && axis) return axis;
-      const width = study.max - study.min || Math.abs(study.max) || 1;
-      const near = [output.min, output.max, ...Object.values(asked.ends[place])]
-        .filter((x) => x !== null && x > study.min - width && x < study.max + width);
-      const floor = study.min >= 0 ? 0 : -Infinity;
-      const low = factor * Math.min(Math.max(study.min - 0.5 * width, floor), now.min, ...near);
-      const high = factor * Math.max(study.max + 0.5 * width, now.max, ...near);
-      const step = round((high - low) / 200);
-      axis = { low: clean(Math.floor(low / step + 1e-9) * step), high: clean(Math.ceil(high / step - 1e-9) * step), step: clean(step) };
-      return axis;
-    };
-    const show = () => made.forEach((part) => part.show());
-    const fields = element("div", { class: "ends" }, ...made.map(({ sign, field }) => element("label", {}, `${sign} `, field)), unit);
-    return { made, fields, axisOf, show };
-  }
-
   function panel(output, place) {
     const now = element("path", { class: "now" }), before = element("path", { class: "before" });
-    const ends = limitControls(output, place);
+    const ends = limitControls.controls(output, () => asked.ends[place], changed);
     const of = (key) => ends.made.map((end) => end[key]);
     const picture = element("svg", { viewBox: `0 -2 ${WIDTH} ${HEIGHT + 3}`, role: "img", preserveAspectRatio: "none" },
       ...of("beyond"), now, before, ...of("line"), ...of("grip"));
@@ -292,8 +163,6 @@
     };
     return { made, show, isForemost: place < Math.max(data.limits.length, 3) };
   }
-
-  const lower = (text) => text[0].toLowerCase() + text.slice(1);
 
   // The joint to scale: bearing of radius R and length 2 L, journal of radius r at its largest tilt.
   function jointPicture() {
@@ -398,7 +267,7 @@
     return { made, show };
   }
 
-  const noCosts = () => element("p", { class: "small soft" },
+  const noCosts = () => element("p", { class: "further small soft" },
     "No costs: where [allocation.dimensions] of the study prices tolerances, cost against yield stands here.");
 
   // ---- what is shown of a state
@@ -525,9 +394,10 @@
           element("p", { class: "buttons" }, take, reset, copied),
           element("details", {}, element("summary", {}, "The study as it is set"), text)),
         element("div", { class: "results" },
-          joint.made, ...(cost ? [cost.made] : choices.length ? [] : [noCosts()]), ...panels.filter(({ isForemost }) => isForemost).map(({ made }) => made),
+          joint.made, ...(cost ? [cost.made] : []), ...panels.filter(({ isForemost }) => isForemost).map(({ made }) => made),
           ...(others.length ? [element("details", { class: "further" }, element("summary", {}, `Further outputs (${others.length})`),
-            element("div", { class: "results" }, ...others.map(({ made }) => made)))] : []))));
+            element("div", { class: "results" }, ...others.map(({ made }) => made)))] : []),
+          ...(choices.length ? [] : [noCosts()]))));
     root.hidden = false;
     update();
   }
