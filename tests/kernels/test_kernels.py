@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
@@ -231,6 +232,21 @@ def test_a_kernel_found_on_disk_gives_the_numbers_of_the_one_that_was_compiled(t
     assert compiled[1:] == ["0", "1"]
     assert found[1:] == ["1", "0"]
     assert compiled[0] == found[0]
+
+
+@compiled_only
+def test_kernels_made_in_several_threads_have_their_place_each(monkeypatch, tmp_path):
+    """Threads that change Numba's setting side by side would leave each other the place that one of them has put back."""
+    monkeypatch.setattr(jit, "_CACHE", tmp_path)
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as threads:
+            made = list(threads.map(lambda _: jit.kernel(lambda x: x), range(400)))
+    finally:
+        sys.setswitchinterval(usual)
+    assert {str(Path(one._cache.cache_path).parent) for one in made} == {str(tmp_path)}
+    assert str(tmp_path) != nb.config.CACHE_DIR
 
 
 def test_numbas_own_setting_is_left_alone():

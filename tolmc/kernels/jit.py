@@ -87,6 +87,9 @@ def _takes_files(folder: Path) -> bool:
 
 _CACHE = cache_directory()
 
+#: Kernels are made in several threads, and Numba's setting is one for all.
+_DECORATING = threading.Lock()
+
 
 def _piece(**options) -> Callable:
     """Decorator of functions that compiled code alone calls."""
@@ -154,12 +157,13 @@ def kernel(function):
     if _CACHE is None:
         return nb.njit(pipeline_class=KernelCompiler, **_OPTIONS)(function)
     # The directory is read when the function is decorated; restoring it leaves the user's own Numba functions alone.
-    previous, nb.config.CACHE_DIR = nb.config.CACHE_DIR, str(_CACHE)
-    try:
-        compiled = nb.njit(cache=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
-        return compiled if nb.config.DISABLE_JIT else _compiled_by_one(compiled, _CACHE)
-    finally:
-        nb.config.CACHE_DIR = previous
+    with _DECORATING:
+        previous, nb.config.CACHE_DIR = nb.config.CACHE_DIR, str(_CACHE)
+        try:
+            compiled = nb.njit(cache=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
+        finally:
+            nb.config.CACHE_DIR = previous
+    return compiled if nb.config.DISABLE_JIT else _compiled_by_one(compiled, _CACHE)
 
 
 def is_kept(name: str) -> bool:
