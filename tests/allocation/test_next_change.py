@@ -69,6 +69,7 @@ def test_the_report_says_what_to_change_where_the_target_is_missed(tmp_path, lim
     assert ("The least single change" in (tmp_path / "run" / "report.md").read_text(encoding="utf-8")) == is_told
 
 
+@pytest.mark.slow
 def test_a_report_without_a_change_that_does(tmp_path):
     tolmc.run(study_with(tmp_path, 5), samples=500, out=tmp_path / "run")
     write_answers(tmp_path / "run")
@@ -76,6 +77,7 @@ def test_a_report_without_a_change_that_does(tmp_path):
     assert "The least single change" not in (tmp_path / "run" / "report.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_what_a_shorter_run_had_to_change_is_forgotten(tmp_path):
     tolmc.run(study_with(tmp_path, 26), samples=2000, out=tmp_path / "run")
     (tmp_path / "run" / "next_changes.csv").write_text("dimension\nmass\n")

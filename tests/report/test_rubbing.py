@@ -12,6 +12,7 @@ from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.run import run
 
 
+@pytest.mark.slow
 def test_a_report_has_friction_drive_wear_and_life(tmp_path):
     study = wearing_study.study(tmp_path, ("[life]", "[life]\nsteps = 3"))
     result = run(study, out=tmp_path / "run")

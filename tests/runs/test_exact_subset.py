@@ -58,6 +58,7 @@ def test_the_samples_are_those_of_a_run_on_the_exact_section(finished):
     pd.testing.assert_frame_equal(kept[forces], alone[forces], rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_they_are_the_same_bits_for_any_workers_and_after_extension(finished):
     folder, result = finished
     again = run(folder / "small.toml", samples=1500, workers=1, out=folder / "again")
@@ -72,6 +73,7 @@ def test_they_are_the_same_bits_for_any_workers_and_after_extension(finished):
     pd.testing.assert_frame_equal(*kept, check_exact=True)
 
 
+@pytest.mark.slow
 def test_a_verdict_that_the_section_turns_is_told_where_the_number_is(finished, tmp_path):
     folder, result = finished
     row = result.requirements.loc["contact_force_D_max"]

@@ -102,7 +102,7 @@ def test_whirl_without_load_follows_the_slip_law(section, way):
     vanishes(miss)
 
 
-@pytest.mark.parametrize("section", ["circle", "exact"])
+@pytest.mark.parametrize("section", ["circle", pytest.param("exact", marks=pytest.mark.slow)])
 def test_backward_whirl_ends_rolling(section):
     """At w_r = r*(C Omega0 + m c r* w0)/(c (C + m r*^2)), whatever the slip speed."""
     w0, spin, radius, c = 40.0, 80.0, PAPER_JOINT.journal_radius, clearance(section)

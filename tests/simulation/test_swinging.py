@@ -198,6 +198,7 @@ def test_what_swings_may_carry_a_tolerance():
     assert below.status[0] == "body invalid"
 
 
+@pytest.mark.slow
 def test_a_run_with_what_swings_goes_on_with_the_same_bits(tmp_path):
     swing = (
         '[loads]\ndrive = { amplitude = "30 deg", frequency = 5 }\n'
