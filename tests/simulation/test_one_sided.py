@@ -132,7 +132,8 @@ def test_both_rims_at_once_leave_with_the_restitution(share):
 
 
 def test_elastic_impacts_keep_the_energy():
-    scene = parallel(1.0, (0.001, 0.002), (0.7, 0.4), 12.0, GRAVITY)
+    # Chaotic: 78 to 112 impacts a second, as the last digit of its start has it.
+    scene = parallel(1.0, (0.001, 0.002), (0.7, 0.4), 15.0, GRAVITY)
     scene = replace(scene, motion=replace(scene.motion, slope=(0.1, -0.05), slope_rate=(3.0, 5.0)))
     row = row_of(scene, step=1e-3)
     assert row.impacts_D + row.impacts_E > 1000

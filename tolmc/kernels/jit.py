@@ -21,7 +21,8 @@ from numba.core.compiler_lock import global_compiler_lock
 from tolmc.kernels.linking import KernelCompiler, PieceCompiler
 
 # Never nnan or ninf: a diverged lane must stay recognisable as NaN.
-_OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
+_STRICT = {"nogil": True, "error_model": "numpy"}
+_OPTIONS = {**_STRICT, "fastmath": {"contract", "nsz", "arcp"}}
 
 _HERE = Path(__file__).parent
 _INSTALLED = {"site-packages", "dist-packages"}
@@ -93,15 +94,18 @@ _DECORATING = threading.Lock()
 
 def _piece(**options) -> Callable:
     """Decorator of functions that compiled code alone calls."""
-    return nb.njit(pipeline_class=PieceCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options, **_OPTIONS)
+    return nb.njit(pipeline_class=PieceCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
 
 
 #: A scalar function that is inlined into the lane loops that call it.
-device = _piece(forceinline=True)
+device = _piece(forceinline=True, **_OPTIONS)
+
+#: The same, to the same bits in whichever loop: products and sums are not contracted, as each loop may do in its own way.
+strict = _piece(forceinline=True, **_STRICT)
 
 #: A function of its own within a kernel: compiled once however often it is called.
 #: Said, not left to the default: Numba hands the option of a function down to those that it compiles on the way.
-routine = _piece(forceinline=False)
+routine = _piece(forceinline=False, **_OPTIONS)
 
 #: A scalar function or loop that its callers take over before they are compiled: not compiled itself, which many small ones
 #: would be for nothing.

@@ -11,12 +11,14 @@ from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.jump import TOGETHER
 from tolmc.kernels.one_sided.lane import OPENED, TORQUE_ROUNDING, TOUCH, at_hand
 from tolmc.kernels.one_sided.layout import WIDTH
-from tolmc.kernels.one_sided.stepper import Stepper
+from tolmc.kernels.one_sided.stepper import SLOPES_4, SLOPES_8, Stepper
 
 #: Rounds for each step and event after which a lane is given up; usual are one and two.
 MOST_ROUNDS = 64
 #: Of the duration: a motion that lacks no more of it is at its end.
 ROUNDING = 4e-16
+# Slope at a step's end, over the range of the samples, that may be zero.
+_LEVEL = 0.02
 #: Shortenings of one step after which a lane is given up.
 MOST_TRIES = 60
 
@@ -32,9 +34,9 @@ class Clock(NamedTuple):
 
 def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
     """The loops of one kind of scene."""
-    looked_samples, quadrature = stepper.looked_samples, stepper.quadrature
+    looked_samples, quadrature, closed = stepper.looked_samples, stepper.quadrature, stepper.closed
     n_state, works, rubs, far = equations.state, equations.works, equations.rubs, equations.far
-    swings = equations.swings
+    swings, end_slopes = equations.swings, SLOPES_4 if rk4 else SLOPES_8
 
     @device
     def may_peak(samples, seen0, seen1, quantity, best, coef, lanes, lane):
@@ -45,6 +47,16 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
         top, bottom = max(max(max(s0, s1), max(s2, s3)), s4), min(min(min(s0, s1), min(s2, s3)), s4)
         beyond = 0.2 * (top - bottom)
         return (max(top, -bottom) + beyond > max(best, max(abs(s0), abs(s4))) + zero) & (beyond > 0.0)
+
+    @device
+    def slopes(s0, s1, s2, s3, s4):
+        """Slopes of a quantity at a step's two ends, by the polynomial through its samples."""
+        up, down = end_slopes[0, 0] * s0 + end_slopes[0, 1] * s1, end_slopes[1, 0] * s0 + end_slopes[1, 1] * s1
+        up, down = up + end_slopes[0, 2] * s2, down + end_slopes[1, 2] * s2
+        if not rk4:
+            up, down = up + end_slopes[0, 3] * s3, down + end_slopes[1, 3] * s3
+            up, down = up + end_slopes[0, 4] * s4, down + end_slopes[1, 4] * s4
+        return up, down
 
     @routine
     def screen(coef, lanes, samples, seen0, seen1, decision):
@@ -70,9 +82,15 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
                 best_high = max(best_high, s0) if not is_open else best_high
                 best_low = max(best_low, -s0) if not is_open else best_low
                 lanes[high * WIDTH + lane], lanes[low * WIDTH + lane] = best_high, best_low
-                # The ends are taken without looking: an extremum within lies beyond them and the samples by no more than that.
-                inside = max(top - max(s0, s4), min(s0, s4) - bottom) > 0.0
-                extremum = (top + beyond > best_high) | (beyond - bottom > best_low)
+                # The ends are taken without looking: an extremum within lies beyond them and the samples by no more than that,
+                # where a sample does or the slopes at the two ends point to one, next to zero or not.
+                margin = _LEVEL * (top - bottom)
+                up, down = slopes(s0, s1, s2, s3, s4)
+                rises, falls = (up > -margin) & (down < margin), (up < margin) & (down > -margin)
+                last = s2 if rk4 else s4
+                rises |= top > max(s0, last)
+                falls |= bottom < min(s0, last)
+                extremum = (rises & (top + beyond > best_high)) | (falls & (beyond - bottom > best_low))
                 g0, g1 = seen0[(at.GAP_D + side) * WIDTH + lane], seen1[(at.GAP_D + side) * WIDTH + lane]
                 r0, r1 = seen0[(at.RATE_D + side) * WIDTH + lane], seen1[(at.RATE_D + side) * WIDTH + lane]
                 # Below both tangents of a gap that dips no gap can be as long as it is convex.
@@ -82,7 +100,7 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
                 meets |= here
                 at_wall = (g1 <= TOUCH) | ((r0 < 0.0) & (r1 > 0.0) & (depth < 0.02 * (g0 + g1) * (r1 - r0)))
                 suspect |= (is_open & at_wall & ~here) | (
-                    ~is_open & ((bottom - beyond < 0.0) | (extremum & (inside | (beyond > 0.0))))
+                    ~is_open & ((bottom - beyond < 0.0) | (extremum & (beyond > 0.0)))
                 )
             w0, w1 = seen0[at.W2_RATE * WIDTH + lane], seen1[at.W2_RATE * WIDTH + lane]
             tilt = lanes[at.BEST_TILT * WIDTH + lane]
@@ -112,6 +130,7 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
 
         Those that need more than that are told in ``calls``; returns how many they are.
         """
+        touched = closed(coef) > 0.0
         for c in range(n_state):
             for lane in range(WIDTH):
                 taken = decision[lane] != at.KEEP
@@ -120,10 +139,11 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
         for lane in range(WIDTH):
             taken = decision[lane] != at.KEEP
             h = coef[at.STEP * WIDTH + lane] if taken else 0.0
-            lanes[at.INTEGRAL_D * WIDTH + lane] += integral(h, samples, seen0, 0, at.N_D, False, lane)
-            lanes[at.INTEGRAL_E * WIDTH + lane] += integral(h, samples, seen0, 1, at.N_E, False, lane)
-            lanes[at.SQUARE_D * WIDTH + lane] += integral(h, samples, seen0, 0, at.N_D, True, lane)
-            lanes[at.SQUARE_E * WIDTH + lane] += integral(h, samples, seen0, 1, at.N_E, True, lane)
+            if touched:
+                lanes[at.INTEGRAL_D * WIDTH + lane] += integral(h, samples, seen0, 0, at.N_D, False, lane)
+                lanes[at.INTEGRAL_E * WIDTH + lane] += integral(h, samples, seen0, 1, at.N_E, False, lane)
+                lanes[at.SQUARE_D * WIDTH + lane] += integral(h, samples, seen0, 0, at.N_D, True, lane)
+                lanes[at.SQUARE_E * WIDTH + lane] += integral(h, samples, seen0, 1, at.N_E, True, lane)
             if works:
                 lanes[at.WORK * WIDTH + lane] += integral(h, samples, seen0, at.S_POWER, at.POWER, False, lane)
         if rubs:

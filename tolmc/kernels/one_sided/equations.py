@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device
+from tolmc.kernels.jit import device, strict
 from tolmc.kernels.one_sided import circle, exact, general, symmetric
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.friction import sliding
@@ -35,11 +35,20 @@ class Equations(NamedTuple):
     prepare: object
     start: object
     advance: object
+    drift: object
+    fly: object
     look: object
     system: object
     kick: object
+    place: object
     project: object
     momentum: object
+
+
+@strict
+def squared(x, y):
+    """x^2 + y^2."""
+    return x * x + y * y
 
 
 def _given(section, body, spins):
@@ -187,9 +196,8 @@ def build(section, body, rubs: bool) -> Equations:
         l_d, l_e = multipliers(matrix, acc, coef, lane, width)
         rates(y, h, k, first, lane, width, a, pd, pe, l_d, l_e, spin, coef)
         n_d, n_e = q[0] * l_d, q[1] * l_e
-        wx, wy = y[2 * width + lane], y[3 * width + lane]
         samples[row + lane], samples[row + width + lane] = n_d, n_e
-        samples[row + 2 * width + lane] = wx * wx + wy * wy
+        samples[row + 2 * width + lane] = squared(y[2 * width + lane], y[3 * width + lane])
         if works:
             _, _, power = energies(y, spin, spins, coef, lane, width)
             heat = n_d * rub[0] + n_e * rub[1]
@@ -205,6 +213,22 @@ def build(section, body, rubs: bool) -> Equations:
                 samples[row + at.S_HEAT * width + lane] = -heat
                 samples[row + at.S_TORQUE * width + lane] = abs(n_d * rub[4] + n_e * rub[5])
             samples[row + at.S_POWER * width + lane] = power + heat
+
+    @device
+    def drift(y, coef, h, k, first, lane, width):
+        """h y' into ``k[first:]`` of a lane without contact and friction, to the same bits as :func:`advance`."""
+        ax, ay, bx, by, _, _, _ = free(y, coef[at.OMEGA_FIXED * width + lane], coef, lane, width)
+        for c in range(4):
+            k[first + c * width + lane] = h * y[(c + 4) * width + lane]
+        k[first + 4 * width + lane], k[first + 5 * width + lane] = h * ax, h * ay
+        k[first + 6 * width + lane], k[first + 7 * width + lane] = h * bx, h * by
+        return squared(y[2 * width + lane], y[3 * width + lane])
+
+    @device
+    def fly(y, coef, h, k, first, samples, row, lane, width):
+        """As :func:`advance` of a lane without contact, friction and torque."""
+        samples[row + 2 * width + lane] = drift(y, coef, h, k, first, lane, width)
+        samples[row + lane], samples[row + width + lane] = 0.0, 0.0
 
     @device
     def look(y, coef, f, seen, lane, width):
@@ -254,37 +278,53 @@ def build(section, body, rubs: bool) -> Equations:
             y[at.SPIN_RATE * width + lane] += coef[at.KAPPA * width + lane] * (l_d * pd[4] + l_e * pe[4])
 
     @device
+    def rows_at(y, coef, on_d, on_e, lane, width):
+        """Rows, gaps and (G G^T)^-1 of the closed contacts at a lane's pose; of an open one 1 and 0."""
+        kappa = coef[at.KAPPA * width + lane]
+        ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+        ux, uy, vx, vy = y[4 * width + lane], y[5 * width + lane], y[6 * width + lane], y[7 * width + lane]
+        sx, sy, tx, ty = kappa * wx, kappa * wy, kappa * vx, kappa * vy
+        ndx, ndy, ld, _, gap_d, _ = touch(ox + wx, oy + wy, ux + vx, uy + vy, sx, sy, tx, ty, coef, lane, width)
+        nex, ney, le, _, gap_e, _ = touch(ox - wx, oy - wy, ux - vx, uy - vy, -sx, -sy, -tx, -ty, coef, lane, width)
+        g_dd = (ndx * ndx + ndy * ndy) * (1.0 + ld * ld) if on_d else 1.0
+        g_ee = (nex * nex + ney * ney) * (1.0 + le * le) if on_e else 1.0
+        g_de = (ndx * nex + ndy * ney) * (1.0 - ld * le) if on_d and on_e else 0.0
+        inverse = 1.0 / (g_dd * g_ee - g_de * g_de)
+        rows = ndx, ndy, ld * ndx, ld * ndy, nex, ney, -le * nex, -le * ney
+        return rows, (gap_d if on_d else 0.0, gap_e if on_e else 0.0), (g_dd * inverse, g_ee * inverse, g_de * inverse)
+
+    @device
+    def add(y, first, rows, miss_d, miss_e, inverse, lane, width):
+        """Add to four rows of the state what the least squares change of them makes of two misses."""
+        g_dd, g_ee, g_de = inverse
+        l_d, l_e = g_ee * miss_d - g_de * miss_e, g_dd * miss_e - g_de * miss_d
+        for c in range(4):
+            y[(first + c) * width + lane] += l_d * rows[c] + l_e * rows[c + 4]
+
+    @device
+    def place(y, coef, on_d, on_e, lane, width):
+        """The pose put back on the closed contacts from next to them, along their rows."""
+        rows, gap, inverse = rows_at(y, coef, on_d, on_e, lane, width)
+        add(y, at.O_X, rows, gap[0], gap[1], inverse, lane, width)
+
+    @device
     def project(y, coef, on_d, on_e, lane, width):
         """Pose and speeds put back on the closed contacts along their rows; Newton's iteration, quadratic."""
-        kappa = coef[at.KAPPA * width + lane]
-        for last in range(2):
-            ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
-            ux, uy, vx, vy = y[4 * width + lane], y[5 * width + lane], y[6 * width + lane], y[7 * width + lane]
-            sx, sy, tx, ty = kappa * wx, kappa * wy, kappa * vx, kappa * vy
-            ndx, ndy, ld, _, gap_d, _ = touch(ox + wx, oy + wy, ux + vx, uy + vy, sx, sy, tx, ty, coef, lane, width)
-            nex, ney, le, _, gap_e, _ = touch(ox - wx, oy - wy, ux - vx, uy - vy, -sx, -sy, -tx, -ty, coef, lane, width)
-            mdx, mdy, mex, mey = ld * ndx, ld * ndy, -le * nex, -le * ney
-            # G G^T
-            g_dd = (ndx * ndx + ndy * ndy) * (1.0 + ld * ld) if on_d else 1.0
-            g_ee = (nex * nex + ney * ney) * (1.0 + le * le) if on_e else 1.0
-            g_de = (ndx * nex + ndy * ney) * (1.0 - ld * le) if on_d and on_e else 0.0
-            inverse = 1.0 / (g_dd * g_ee - g_de * g_de)
-            miss_d, miss_e = gap_d if on_d else 0.0, gap_e if on_e else 0.0
-            l_d, l_e = (g_ee * miss_d - g_de * miss_e) * inverse, (g_dd * miss_e - g_de * miss_d) * inverse
-            y[lane], y[width + lane] = ox + l_d * ndx + l_e * nex, oy + l_d * ndy + l_e * ney
-            y[2 * width + lane], y[3 * width + lane] = wx + l_d * mdx + l_e * mex, wy + l_d * mdy + l_e * mey
-            # The second time the pose is right to more than rounding, and the rows with it.
-            miss_d = -(ndx * ux + ndy * uy + mdx * vx + mdy * vy) if on_d and last else 0.0
-            miss_e = -(nex * ux + ney * uy + mex * vx + mey * vy) if on_e and last else 0.0
-            l_d, l_e = (g_ee * miss_d - g_de * miss_e) * inverse, (g_dd * miss_e - g_de * miss_d) * inverse
-            y[4 * width + lane], y[5 * width + lane] = ux + l_d * ndx + l_e * nex, uy + l_d * ndy + l_e * ney
-            y[6 * width + lane], y[7 * width + lane] = vx + l_d * mdx + l_e * mex, vy + l_d * mdy + l_e * mey
+        place(y, coef, on_d, on_e, lane, width)
+        # Now the pose is right to more than rounding, and the rows with it.
+        rows, gap, inverse = rows_at(y, coef, on_d, on_e, lane, width)
+        add(y, at.O_X, rows, gap[0], gap[1], inverse, lane, width)
+        rate_d, rate_e = 0.0, 0.0
+        for c in range(4):
+            rate_d -= rows[c] * y[(c + 4) * width + lane]
+            rate_e -= rows[c + 4] * y[(c + 4) * width + lane]
+        add(y, at.OV_X, rows, rate_d if on_d else 0.0, rate_e if on_e else 0.0, inverse, lane, width)
         normalise(y, coef, lane, width)
 
     samples = 11 if swings else 10 if rubs else 4 if works else 3
     return Equations(
         state, body.COEFFICIENTS, samples, spins, works, rubs, swings, section.FAR, section.UNIT,
-        prepare, start, advance, look, system, kick, project, body.momentum,
+        prepare, start, advance, drift, fly, look, system, kick, place, project, body.momentum,
     )  # fmt: skip
 
 

@@ -48,10 +48,11 @@ def _nearest(px, py, sx, sy, round_):
         q = math.sqrt(q2)
         # -f'/f'' times q^3/q^3; far from the wall f'' need not be positive and n is not needed
         steep = max(q * q2 * pn - round_ * (st * st - q2 * (sn * sn)), 1e-3)
-        half = 0.5 * (q * q2 * pt + round_ * q2 * (sn * st)) / steep
-        half = min(max(half, -0.3), 0.3)
-        turn = 1.0 / (1.0 + half * half)
-        cos, sin = (1.0 - half * half) * turn, 2.0 * half * turn
+        fall = 0.5 * (q * q2 * pt + round_ * q2 * (sn * st))
+        fall = min(max(fall, -0.3 * steep), 0.3 * steep)
+        # Turned by an angle whose half has the tangent fall/steep.
+        turn = 1.0 / (steep * steep + fall * fall)
+        cos, sin = (steep * steep - fall * fall) * turn, 2.0 * steep * fall * turn
         nx, ny = cos * nx - sin * ny, cos * ny + sin * nx
     sn, st = sx * nx + sy * ny, sy * nx - sx * ny
     q2 = 1.0 + sn * sn

@@ -24,7 +24,8 @@ class Jump(NamedTuple):
 
 def build(equations: Equations) -> Jump:
     """Jumps on given equations."""
-    system, kick, project_lane = equations.system, equations.kick, equations.project
+    system, kick = equations.system, equations.kick
+    project_lane, place_lane = equations.project, equations.place
     spins, unit, rubs = equations.spins, equations.unit, equations.rubs
 
     @routine
@@ -34,6 +35,10 @@ def build(equations: Equations) -> Jump:
     @routine
     def project(y, coef, on_d, on_e, lane):
         project_lane(y, coef, on_d, on_e, lane, WIDTH)
+
+    @routine
+    def place(y, coef, on_d, on_e, lane):
+        place_lane(y, coef, on_d, on_e, lane, WIDTH)
 
     @device
     def dot(y, coef, lane, h):
@@ -180,11 +185,11 @@ def build(equations: Equations) -> Jump:
         if back:
             on_d, on_e = on_d or kind == at.FALL_BACK_D, on_e or kind == at.FALL_BACK_E
             lanes[at.HOLD * WIDTH + lane] = 1.0
-        v0, v1, v2, v3 = (
-            y[4 * WIDTH + lane], y[5 * WIDTH + lane], y[6 * WIDTH + lane], y[7 * WIDTH + lane],
-        )  # fmt: skip
         if on_d or on_e:
-            project(y, coef, on_d, on_e, lane)
+            if hits or back:
+                place(y, coef, on_d, on_e, lane)
+            else:
+                project(y, coef, on_d, on_e, lane)
         for row in range(at.E_IMPULSE_D, at.EVENT):
             log[row * WIDTH + lane] = 0.0
         log[at.E_TIME * WIDTH + lane] = when
@@ -192,7 +197,6 @@ def build(equations: Equations) -> Jump:
         bounce = coef[at.BOUNCE * WIDTH + lane]
         settles, strikes, away = hits and bounce < 1.0, hits, False
         if hits or back:
-            y[4 * WIDTH + lane], y[5 * WIDTH + lane], y[6 * WIDTH + lane], y[7 * WIDTH + lane] = v0, v1, v2, v3
             can_d, can_e, wrong, strikes, away = blow(y, coef, lanes, log, lane, when, on_d, on_e, back)
             log[at.E_KIND * WIDTH + lane] = 0.0 if strikes else 2.0
             settles = settles or (back and (bounce < 1.0 or not strikes))

@@ -50,7 +50,8 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
     """Decisions and jumps on given equations."""
     fit = FIT_4 if rk4 else FIT_8
     looked_samples = stepper.looked_samples
-    look_at, far, n_state = equations.look, equations.far, equations.state
+    look_at, drift, far, n_state = equations.look, equations.drift, equations.far, equations.state
+    flies = not equations.works
     works, rubs, swings = equations.works, equations.rubs, equations.swings
 
     @device
@@ -71,6 +72,15 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
             sign * (fit[4, 0] * s0 + fit[4, 1] * s1 + fit[4, 2] * s2 + fit[4, 3] * s3 + fit[4, 4] * s4),
             0.0,
         )  # fmt: skip
+
+    @device
+    def reaches(samples, seen0, seen1, quantity, lane):
+        """How high and how low a quantity may go within a step."""
+        s0, s1, s2, s3, s4 = looked_samples(samples, seen0, seen1, quantity, lane)
+        s3, s4 = (s2, s2) if rk4 else (s3, s4)
+        top, bottom = max(max(max(s0, s1), max(s2, s3)), s4), min(min(min(s0, s1), min(s2, s3)), s4)
+        beyond = 0.2 * (top - bottom)
+        return top + beyond, bottom - beyond
 
     @routine
     def hit(coef, lanes, seen0, seen1, side, lane):
@@ -149,7 +159,8 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         if n1 < -zero:
             place = first_fall((max(c[0], 0.0), c[1], c[2], c[3], c[4], 0.0))
             return place if 0.0 < place < 1.0 else 0.5
-        least, place = lowest(c)
+        _, bottom = reaches(samples, seen0, seen1, side, lane)
+        least, place = lowest(c) if bottom < -zero else (bottom, 0.0)
         if least < -zero and 1e-3 < place < 0.999:
             return first_fall((max(c[0], 0.0), c[1], c[2], c[3], c[4], 0.0))
         fall = -(c[1] + 2.0 * c[2] + 3.0 * c[3] + 4.0 * c[4])
@@ -162,9 +173,12 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
     @device
     def peak(lanes, samples, seen0, seen1, quantity, sign, row, zero, lane):
         """Take a quantity's maximum over a step into ``lanes[row]``, or say at which share of the step to look for it."""
+        best = lanes[row * WIDTH + lane]
+        top, bottom = reaches(samples, seen0, seen1, quantity, lane)
+        if not (top if sign > 0.0 else -bottom) > best:
+            return 2.0
         c = polynomial(samples, seen0, seen1, quantity, -sign, lane)
         least, place = lowest(c)
-        best = lanes[row * WIDTH + lane]
         value = -least
         if not value > best + 1e-11 * (abs(value) + abs(best)) + zero:
             return 2.0
@@ -233,6 +247,14 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         look_at(y, coef, f, seen, lane, WIDTH)
 
     @routine
+    def glide(y, coef, f, seen0, seen, lane):
+        """As :func:`glance` of a lane in flight, whose energy does not change."""
+        seen[at.W2 * WIDTH + lane] = drift(y, coef, 1.0, f, 0, lane, WIDTH)
+        seen[at.N_D * WIDTH + lane], seen[at.N_E * WIDTH + lane] = 0.0, 0.0
+        for row in (at.KINETIC, at.POTENTIAL):
+            seen[row * WIDTH + lane] = seen0[row * WIDTH + lane]
+
+    @routine
     def reach(y, f0, coef, lanes, seen0, seen1, argument, f1, kind, duration, lane):
         """Goes the rest of the way to an impact close to the end of a step; the gaps and their rates there."""
         h, rest = coef[at.STEP * WIDTH + lane], math.inf
@@ -247,7 +269,10 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Lane:
         if rest != 0.0:
             for c in range(n_state):
                 argument[c * WIDTH + lane] = y[c * WIDTH + lane] + 0.5 * rest * f0[c * WIDTH + lane]
-            glance(argument, coef, f1, seen1, lane)
+            if flies and coef[at.CLOSED_D * WIDTH + lane] == 0.0 and coef[at.CLOSED_E * WIDTH + lane] == 0.0:
+                glide(argument, coef, f1, seen0, seen1, lane)
+            else:
+                glance(argument, coef, f1, seen1, lane)
             for c in range(n_state):
                 y[c * WIDTH + lane] += rest * f1[c * WIDTH + lane]
             lanes[at.T * WIDTH + lane] += rest

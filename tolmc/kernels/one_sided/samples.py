@@ -10,7 +10,7 @@ from tolmc.kernels.jit import routine
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.clock import MOST_ROUNDS
 from tolmc.kernels.one_sided.equations import Equations
-from tolmc.kernels.one_sided.jump import Jump
+from tolmc.kernels.one_sided.jump import TOGETHER, Jump
 from tolmc.kernels.one_sided.layout import WIDTH
 
 
@@ -55,7 +55,8 @@ def build(equations: Equations, at_event: Jump) -> Samples:
         lanes[at.LOAD_REFERENCE * WIDTH + lane] = 1e-3 * push
         kind = at.START if loss < 0.0 else (at.RELEASE_D if loss == 0.0 else at.RELEASE_E)
         _, _, _, _, _, gap, rate, _, _, _, _, _ = system_at(y, coef, lane)
-        jump(y, coef, lanes, log, lane, kind, gap, rate)
+        if on_d > 0.0 or on_e > 0.0 or min(gap[0], gap[1]) <= TOGETHER:
+            jump(y, coef, lanes, log, lane, kind, gap, rate)
         lanes[at.EVENTS * WIDTH + lane] = 0.0
 
     @routine

@@ -34,11 +34,14 @@ class Stepper(NamedTuple):
     look: object
     looked_samples: object
     quadrature: object
+    closed: object
 
 
 #: Places in a step at which a force is known: the formula's own samples, the last one at the end itself.
 POSITIONS_8, POSITIONS_4 = np.array(DORMAND_PRINCE.positions), np.array(CLASSICAL.positions)
 FIT_8, FIT_4 = through(POSITIONS_8), through(POSITIONS_4)
+#: Weights of the values there in the slopes of the polynomial through them at a step's two ends, for a step of length 1.
+SLOPES_8, SLOPES_4 = (np.stack([fit[1], np.arange(len(fit)) @ fit]) for fit in (FIT_8, FIT_4))
 
 
 def build(equations: Equations, rk4: bool) -> Stepper:
@@ -48,7 +51,8 @@ def build(equations: Equations, rk4: bool) -> Stepper:
     stages, weights = tableau.stages, tableau.b
     n_state, n_samples = equations.state, equations.samples
     size, stride = n_state * WIDTH, n_samples * WIDTH
-    advance, look_at, project = equations.advance, equations.look, equations.project
+    advance, fly, look_at, project = equations.advance, equations.fly, equations.look, equations.project
+    flies = not equations.works
     rows = (0, stages, stages) if rk4 else DORMAND_PRINCE.samples
     row_1, row_2, row_3 = rows[1], rows[2], rows[3 % len(rows)]
 
@@ -58,23 +62,36 @@ def build(equations: Equations, rk4: bool) -> Stepper:
         for lane in range(WIDTH):
             look_at(y, coef, f, seen, lane, WIDTH)
 
+    @device
+    def closed(coef):
+        """How many contacts of a block are closed."""
+        count = 0.0
+        for row in range(at.CLOSED_D, at.CLOSED_E + 1):
+            for lane in range(WIDTH):
+                count += coef[row * WIDTH + lane]
+        return count
+
     @routine
     def step(y, coef, f0, seen, lanes, k, argument, samples, end):
         """One step of every lane from ``y`` to ``end``, projected; stage values into ``samples`` (stage, quantity, lane)."""
         for c in range(n_state):
             for lane in range(WIDTH):
                 k[c * WIDTH + lane] = coef[at.STEP * WIDTH + lane] * f0[c * WIDTH + lane]
+        in_flight = flies and closed(coef) == 0
         for stage in range(1, stages):
             argument_at(stage, y, k, argument, size)
-            for lane in range(WIDTH):
-                advance(
-                    argument, coef, coef[at.STEP * WIDTH + lane], k, stage * size, samples, stage * stride, lane, WIDTH
-                )
+            rows_k, rows_s = stage * size, stage * stride
+            if in_flight:
+                for lane in range(WIDTH):
+                    fly(argument, coef, coef[at.STEP * WIDTH + lane], k, rows_k, samples, rows_s, lane, WIDTH)
+            else:
+                for lane in range(WIDTH):
+                    advance(argument, coef, coef[at.STEP * WIDTH + lane], k, rows_k, samples, rows_s, lane, WIDTH)
         end_at(y, k, end, size)
-        for lane in range(WIDTH):
-            project(
-                end, coef, coef[at.CLOSED_D * WIDTH + lane] > 0.0, coef[at.CLOSED_E * WIDTH + lane] > 0.0, lane, WIDTH
-            )
+        if not in_flight:
+            for lane in range(WIDTH):
+                on_d, on_e = coef[at.CLOSED_D * WIDTH + lane] > 0.0, coef[at.CLOSED_E * WIDTH + lane] > 0.0
+                project(end, coef, on_d, on_e, lane, WIDTH)
         if rk4:
             midpoint_rk4(y, k, argument, size)
             for lane in range(WIDTH):
@@ -104,4 +121,4 @@ def build(equations: Equations, rk4: bool) -> Stepper:
                 total += weights[stage] * (value * value if square else value)
         return total
 
-    return Stepper(stages, step, look, looked_samples, quadrature)
+    return Stepper(stages, step, look, looked_samples, quadrature, closed)

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device
+from tolmc.kernels.jit import device, strict
 from tolmc.kernels.one_sided import layout as at
 
 SPINS = False  # whether the spin's rate is part of the body's equations even without friction
@@ -46,9 +46,12 @@ def orient(y, given, i, lane, width):
     """The part of the start that belongs to the turn about the axis: none here."""
 
 
-@device
+@strict
 def free(y, spin, coef, lane, width):
-    """As :func:`solve`, of the forces that act without contact, and what it needs for others."""
+    """As :func:`solve`, of the forces that act without contact, and what it needs for others.
+
+    To the same bits in a block that flies and in one that does not.
+    """
     wx, wy = y[at.W_X * width + lane], y[at.W_Y * width + lane]
     vx, vy = y[at.WV_X * width + lane], y[at.WV_Y * width + lane]
     kappa2, b, z = coef[at.KAPPA2 * width + lane], coef[_B * width + lane], coef[_Z * width + lane]
@@ -81,11 +84,10 @@ def free(y, spin, coef, lane, width):
         coef[_INVERSE_SPIN * width + lane],
         coef[at.DRIVEN * width + lane],
     )
-    ax, ay, bx, by = _solved(fx, fy, gx - k1 * fx, gy - k1 * fy, factors)
+    ax, ay, bx, by = _strictly_solved(fx, fy, gx - k1 * fx, gy - k1 * fy, factors)
     return ax, ay, bx, by, 0.0, 0.0, factors
 
 
-@device
 def _solved(fx, fy, sx, sy, factors):
     wx, wy, _, kn, i1, i2, k1, _, _ = factors
     along = i2 * (wx * sx + wy * sy)
@@ -94,12 +96,15 @@ def _solved(fx, fy, sx, sy, factors):
     return fx - k1 * (bx - along * wx), fy - k1 * (by - along * wy), bx, by
 
 
+_contracted, _strictly_solved = device(_solved), strict(_solved)
+
+
 @device
 def solve(fx, fy, gx, gy, spin, factors):
     """M^-1 times the generalised forces on o, w and Omega/kappa, and what holds Omega where a drive does."""
     wx, wy, kappa2, _, _, _, k1, inverse_spin, driven = factors
     along = kappa2 * (wx * gx + wy * gy)
-    ax, ay, bx, by = _solved(fx, fy, gx + along * wx - k1 * fx, gy + along * wy - k1 * fy, factors)
+    ax, ay, bx, by = _contracted(fx, fy, gx + along * wx - k1 * fx, gy + along * wy - k1 * fy, factors)
     return ax, ay, bx, by, spin * inverse_spin, -driven * spin
 
 
