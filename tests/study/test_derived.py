@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from small_study import GEOMETRY, write
 
@@ -25,7 +25,7 @@ ROWS = {
     "contact_force_D_max": np.array([3.0, 4.0]),
     "bearing_radius": np.array([0.02, 0.021]),
 }
-SCALARS = {"mass": 0.5, "journal_radius": 0.01}
+SCALARS = {**dict.fromkeys(quantities.SCALARS, 1.0), "mass": 0.5, "journal_radius": 0.01}
 
 
 def value(expression, name="mine", unit=None):
@@ -111,6 +111,7 @@ def test_an_output_belongs_to_its_study(tmp_path):
     assert "sag" not in compare_runs(tmp_path / "0", tmp_path / "1").statistics.index.get_level_values("output")
 
 
+@example(text="beta")
 @given(text=st.text(alphabet="abtilt_ange01.+-*/()[]{}'\"<>= ,:^%mN\n", max_size=40))
 def test_any_text_is_a_value_or_a_fault(text):
     try:
