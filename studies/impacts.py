@@ -139,10 +139,11 @@ def utilisation(quick: bool) -> pd.DataFrame:
         found, counts = np.empty((layout.RESULTS, n)), np.zeros(3, np.int64)
         nothing = np.empty((layout.RECORD, 0)), np.empty((layout.EVENT, 0))
         given = one_sided.given(raw, plan)
-        call = (raw, given, steps, scene.duration, 10**6, 1e-6, found, counts, *nothing, None, None, None, None)
-        engine.integrate(*call)
+        call = (raw, given, steps, scene.duration, 10**6, 1e-6, found, counts, *nothing)
+        kernel = engine.build(**one_sided.kind(plan.features, plan.method))
+        kernel(*call)
         busy, all_rounds = found[layout.R_ROUNDS].sum(), counts[0] * layout.WIDTH
-        seconds = best_time(lambda call=call: engine.integrate(*call), 3)
+        seconds = best_time(lambda kernel=kernel, call=call: kernel(*call), 3)
         impacts = found[[layout.R_COUNT_D, layout.R_COUNT_E]].sum()
         rows.append({
             "samples": n, "lanes busy": busy / all_rounds, "impacts a motion": impacts / n,

@@ -40,8 +40,8 @@ def integrated(case, steps):
     raw, given = columns(case)
     out, counts = np.empty((at.RESULTS, 1)), np.zeros(3, np.int64)
     nothing = np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0))
-    exact = 1 if case["section"] == "exact" else None
-    engine.integrate(raw, given, steps, case["duration"], 10_000, 1e-6, out, counts, *nothing, exact, None, 1, None)
+    kernel = engine.build(exact=case["section"] == "exact", general=False, rubs=True, swings=False, rk4=False)
+    kernel(raw, given, steps, case["duration"], 10_000, 1e-6, out, counts, *nothing)
     return out[:, 0]
 
 

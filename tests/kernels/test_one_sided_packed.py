@@ -10,7 +10,7 @@ import pytest
 
 from tolmc.kernels import jit
 from tolmc.kernels.one_sided import clock, stepper
-from tolmc.kernels.one_sided.equations import EQUATIONS
+from tolmc.kernels.one_sided.equations import equations_of
 
 ROW, WHOLE = nb.float64[::1], nb.int64[::1]
 LIMITS = nb.types.UniTuple(nb.float64, 4)
@@ -37,7 +37,7 @@ def instructions(routine, signature):
 @pytest.mark.parametrize("name", ["step", "look", "take", "next_steps"])
 def test_the_loops_over_lanes_are_packed(name):
     """Packed loops keep scalar copies, for arrays that overlap."""
-    equations = EQUATIONS[False, False, False]
+    equations = equations_of(False, False, False, False)
     steps = stepper.build(equations, rk4=False)
     clocks = clock.build(equations, steps, rk4=False)
     routine, signature = {

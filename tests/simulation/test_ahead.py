@@ -6,11 +6,12 @@ import json
 import subprocess
 import sys
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import pytest
 
 from tolmc.kernels import engine, jit
+from tolmc.kernels.one_sided import engine as one_sided_engine
 from tolmc.simulation import ahead
 from tolmc.simulation.features import Features
 
@@ -30,6 +31,15 @@ def test_no_process_is_begun_for_a_kernel_that_is_there(monkeypatch):
     with ahead.compiled_ahead(FEATURES, "rk8", True):
         pass
     assert asked == [engine.build("slope_symmetric", "rk8", load=True, forces=True).__name__]
+
+
+def test_of_a_wall_that_only_pushes_it_is_the_one_sided_kernel(monkeypatch):
+    asked = []
+    monkeypatch.setattr(jit, "is_kept", lambda name: asked.append(name) or True)
+    with ahead.compiled_ahead(replace(FEATURES, one_sided=True), "rk8", True):
+        pass
+    kinds = dict.fromkeys(("exact", "general", "rubs", "swings", "rk4"), False)
+    assert asked == [one_sided_engine.build(**kinds).__name__]
 
 
 def test_the_process_is_told_what_to_compile_and_ends_with_the_context(monkeypatch, missing):

@@ -92,9 +92,14 @@ _CACHE = cache_directory()
 _DECORATING = threading.Lock()
 
 
+# Without _nrt=False a function that is handed arrays counts references to them, atomically, in every call; a piece so makes
+# no arrays of its own, but views.
+_OF_PIECES = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
+
+
 def _piece(**options) -> Callable:
     """Decorator of functions that compiled code alone calls."""
-    return nb.njit(pipeline_class=PieceCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
+    return nb.njit(pipeline_class=PieceCompiler, **_OF_PIECES, **options)
 
 
 #: A scalar function that is inlined into the lane loops that call it.

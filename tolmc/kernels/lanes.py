@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolmc.kernels.jit import device, once
+from tolmc.kernels.jit import device, inlined, once
 
 #: Lanes of a block. Measured on 512-bit vectors: 16 to 64 are alike, fewer leave the latencies of the square root and the
 #: divisions uncovered, more leave the first-level cache.
@@ -58,7 +58,7 @@ class Run(NamedTuple):
     out: np.ndarray
 
 
-@device
+@inlined
 def lanes(rows):
     """Array of ``rows`` rows of lanes that begins on a cache line: a 64-byte vector that straddles two costs two loads."""
     buffer = np.empty(rows * WIDTH + 7)

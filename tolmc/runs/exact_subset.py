@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager, closing, nullcontext
+from contextlib import closing
 from dataclasses import replace
 
 import pyarrow as pa
 
 from tolmc.runs.crew import Crew
-from tolmc.runs.integrate import study_features
 from tolmc.runs.progress import progress
-from tolmc.simulation.ahead import compiled_ahead
 from tolmc.simulation.features import Features
-from tolmc.simulation.outputs import wants_forces
 from tolmc.simulation.plan import Plan, step_seconds
 from tolmc.study.study import Study
 
@@ -34,7 +31,7 @@ def subset_size(study: Study, plan: Plan) -> int:
 
     It depends on the number of samples, the steps and the body alone, never on a clock: the same run has the same ones.
     """
-    if not _says_something_new(study):
+    if not says_something_new(study):
         return 0
     if plan.features.one_sided:  # chaotic motions, and a minute's compilation of the other section for them
         return 0
@@ -43,23 +40,14 @@ def subset_size(study: Study, plan: Plan) -> int:
     return min(count, _MOST, study.samples) // _ROUND * _ROUND
 
 
-def _says_something_new(study: Study) -> bool:
+def says_something_new(study: Study) -> bool:
+    """Whether the exact section is another model than the study's own, and is wanted."""
     on_circle = study.scene.joint.section == "circle" and study.formulation == "slope"
     return study.model_error and study.integrates and on_circle
 
 
-def exact_kernel_ahead(study: Study) -> AbstractContextManager[None]:
-    """A context in which a study's second worker, where it has one, compiles the kernel that :func:`exact_subset` needs."""
-    if study.workers < 2 or not _says_something_new(study):
-        return nullcontext()
-    features = study_features(study)
-    if features.one_sided or features.rubs:
-        return nullcontext()
-    method = "rk8" if study.method == "auto" else study.method
-    return compiled_ahead(_on_exact_section(features), method, wants_forces(study.outputs))
-
-
-def _on_exact_section(features: Features) -> Features:
+def on_exact_section(features: Features) -> Features:
+    """What the kernels must compute for the same scene there."""
     return replace(features, exact=True, axial=False)
 
 
@@ -74,7 +62,7 @@ def exact_subset(study: Study, plan: Plan, workforce: Crew, compute: Callable[..
         return None
     joint = replace(study.scene.joint, section="exact")
     exact = replace(study, scene=replace(study.scene, joint=joint))
-    plan = replace(plan, features=_on_exact_section(plan.features), halving=False)
+    plan = replace(plan, features=on_exact_section(plan.features), halving=False)
     calls = ((exact, plan, start, min(_block(count), count - start)) for start in range(0, count, _block(count)))
     title = f"{study.title}: exact section"
     with progress(title, count) as counted, closing(workforce.map(compute, calls)) as computed:

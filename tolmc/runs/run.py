@@ -25,9 +25,9 @@ from tolmc.errors import ClusterError, InputError
 from tolmc.mechanism.scene import Scene
 from tolmc.quantities import SCALARS
 from tolmc.runs import directory as run_directory
+from tolmc.runs.ahead import kernel_ahead
 from tolmc.runs.crew import Crew, crew
 from tolmc.runs.directory import NextFree, RunDirectory
-from tolmc.runs.exact_subset import exact_kernel_ahead
 from tolmc.runs.impacts import step_errors
 from tolmc.runs.integrate import integrate_study, status_words, study_plan
 from tolmc.runs.model_terms import ModelTerms, model_terms, with_model_terms
@@ -145,7 +145,7 @@ def run(
         study = Study.from_dict(study)
     study = study if isinstance(study, Study) else load_study(study)
     study = study.replaced(samples=samples, seed=seed, workers=workers)
-    with nullcontext() if cluster else exact_kernel_ahead(study):
+    with nullcontext() if cluster else kernel_ahead(study):
         with progress(f"{study.title}: choosing the step"):
             plan = study_plan(study)
         with crew(study.workers, cluster) as workforce:

@@ -17,6 +17,8 @@ import numpy as np
 
 from tolmc.kernels import engine, jit
 from tolmc.kernels import parameters as P
+from tolmc.kernels.one_sided import engine as one_sided_engine
+from tolmc.simulation import one_sided
 from tolmc.simulation.features import Features
 from tolmc.simulation.integration import integrate
 from tolmc.simulation.plan import Plan
@@ -24,8 +26,15 @@ from tolmc.simulation.plan import Plan
 
 @contextmanager
 def compiled_ahead(features: Features, method: str, forces: bool) -> Iterator[None]:
-    """Within the context another process compiles the two-sided kernel of a scene of these features, where it isn't on disk."""
-    name = engine.name_of(features.formulation, method, load=features.load, forces=forces)
+    """Within the context another process compiles a kernel for scenes of these features, where it isn't on disk.
+
+    That is the one-sided kernel where they have one, the two-sided one elsewhere.
+    """
+    name = (
+        one_sided_engine.name_of(**one_sided.kind(features, method))
+        if features.one_sided
+        else engine.name_of(features.formulation, method, load=features.load, forces=forces)
+    )
     # Where files have no locks for processes to wait by, the kernel would be compiled twice.
     if not sys.executable or sys.platform == "win32" or jit.is_kept(name):
         yield
@@ -42,8 +51,11 @@ def compiled_ahead(features: Features, method: str, forces: bool) -> Iterator[No
 
 def _compile(features: Features, method: str, forces: bool) -> None:
     """The kernel, by integrating no motion at all."""
-    plan = Plan("slope", method, 1, 1.0, features=features)
-    integrate(np.empty((P.COUNT, 0)), plan, forces, 1.0, "end", False)
+    plan, nothing = Plan("slope", method, 1, 1.0, features=features), np.empty((P.COUNT, 0))
+    if features.one_sided:
+        one_sided.integrate(nothing, plan, 1.0)
+    else:
+        integrate(nothing, plan, forces, 1.0, "end", False)
 
 
 if __name__ == "__main__":

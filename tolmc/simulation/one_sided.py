@@ -13,8 +13,9 @@ import numpy as np
 
 from tolmc.kernels import parameters as P
 from tolmc.kernels import results as R
-from tolmc.kernels.one_sided import engine, hand_over, start, swinging
+from tolmc.kernels.one_sided import engine, hand_over, start
 from tolmc.kernels.one_sided import layout as at
+from tolmc.simulation.features import Features
 from tolmc.simulation.plan import Plan
 
 #: Events of one motion after which it is given up.
@@ -86,17 +87,18 @@ def has_room(raw: np.ndarray, plan: Plan) -> np.ndarray:
 
 def _run(raw: np.ndarray, plan: Plan, duration: float, found, counts, record, events, held=None) -> None:
     """The kernel that has what the plan's features ask for, and nothing more."""
-    features = plan.features
-    exact, general, rubs, rk4 = (
-        1 if flag else None for flag in (features.exact, features.general, features.rubs, plan.method == "rk4")
-    )
-    arguments = (
-        raw, given(raw, plan, held), plan.steps, duration, MOST_EVENTS, plan.accuracy, found, counts, record, events
-    )  # fmt: skip
-    if features.shaken or features.swings:
-        swinging.integrate(*arguments, exact, general, rk4)
-    else:
-        engine.integrate(*arguments, exact, general, rubs, rk4)
+    kernel = engine.build(**kind(plan.features, plan.method))
+    start = given(raw, plan, held)
+    kernel(raw, start, plan.steps, duration, MOST_EVENTS, plan.accuracy, found, counts, record, events)
+
+
+def kind(features: Features, method: str) -> dict[str, bool]:
+    """What :func:`tolmc.kernels.one_sided.engine.build` is asked for."""
+    swings = features.shaken or features.swings
+    return {
+        "exact": features.exact, "general": features.general, "rubs": features.rubs and not swings, "swings": swings,
+        "rk4": method == "rk4",
+    }  # fmt: skip
 
 
 def integrate(raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:

@@ -14,8 +14,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device, strict
-from tolmc.kernels.one_sided import circle, exact, general, symmetric
+from tolmc.kernels.jit import device, once, strict
+from tolmc.kernels.one_sided import circle, exact, general, general_swinging, symmetric, symmetric_swinging
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.friction import sliding
 
@@ -328,10 +328,8 @@ def build(section, body, rubs: bool) -> Equations:
     )  # fmt: skip
 
 
-#: By (exact section, general body, friction).
-EQUATIONS = {
-    (is_exact, is_general, rubs): build(exact if is_exact else circle, general if is_general else symmetric, rubs)
-    for is_exact in (False, True)
-    for is_general in (False, True)
-    for rubs in (False, True)
-}
+@once
+def equations_of(is_exact: bool, is_general: bool, rubs: bool, swings: bool) -> Equations:
+    """Those on the exact section or the circle, of any body or a symmetric one, with friction, with what swings."""
+    bodies = (symmetric_swinging, general_swinging) if swings else (symmetric, general)
+    return build(exact if is_exact else circle, bodies[is_general], rubs)

@@ -7,8 +7,7 @@ w = (u, v)/c, kappa = c/L, s = kappa w the slope of the axis. Forces are over m 
 
 from __future__ import annotations
 
-#: Lanes of a block, as in the two-sided kernel.
-WIDTH = 32
+from tolmc.kernels.lanes import WIDTH as WIDTH
 
 # The state; a symmetric body without friction has the first eight, with friction nine.
 O_X, O_Y, W_X, W_Y, OV_X, OV_Y, WV_X, WV_Y, SPIN_RATE, COS, SIN = range(11)
