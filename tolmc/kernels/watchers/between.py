@@ -36,10 +36,11 @@ def highest(n0, n1, m0, m1):
     """What a maximum between two ends may be at most, from the values and rates at both (-inf: there is none).
 
     A parabola adds at most half a rate; three quarters are allowed for. Between two ends that both rise, or both fall, is one
-    only where the values change far less than the rates say, or the other way.
+    only where the values change less than a third of what both rates say, or the other way: elsewhere their cubic is monotone
+    (Fritsch and Carlson, SIAM J. Numer. Anal. 17, 1980).
     """
     both = m0 + m1
-    slow = 4.0 * (n1 - n0) * both < both * both
+    slow = 3.0 * (n1 - n0) * both < both * both
     turns_over, rises, falls = (m0 > 0.0) & (m1 < 0.0), m0 > 0.0, m1 < 0.0
     top = n0 + 0.75 * m0 if rises & (turns_over | slow) else -np.inf
     return max(top, n1 - 0.75 * m1) if falls & (turns_over | slow) else top
@@ -49,7 +50,7 @@ def highest(n0, n1, m0, m1):
 def turns(n0, n1, m0, m1):
     """Whether there may be a maximum or a minimum between two ends at all."""
     both = m0 + m1
-    return (m0 * m1 < 0.0) | (4.0 * (n1 - n0) * both < both * both)
+    return (m0 * m1 < 0.0) | (3.0 * (n1 - n0) * both < both * both)
 
 
 @device
@@ -75,12 +76,15 @@ class Between:
     """Functions for one system.
 
     ``estimate(window, interval, variable, sign, until, k, work)``: the largest value of sign times the variable within an
-    interval, of every lane, as candidate k. ``choose(count, first, work)``: of every lane the best candidate above ``best`` or,
-    with ``first``, the earliest; returns how many lanes have one. ``follow(run, window, variable, sign, until, coef, work)``:
-    its exact value into ``value`` and its place, in rows of the window, into ``place``.
+    interval, of every lane, as candidate k. ``estimate_last(run, window, variable, sign, until, k, work)``: the same within the
+    part of a step with which a lane's motion ends, of the lanes that end in the window. ``choose(count, first, work)``: of
+    every lane the best candidate above ``best`` or, with ``first``, the earliest; returns how many lanes have one.
+    ``follow(run, window, variable, sign, until, coef, work)``: its exact value into ``value`` and its place, in rows of the
+    window, into ``place``.
     """
 
     estimate: Callable
+    estimate_last: Callable
     choose: Callable
     follow: Callable
     #: Rows: intervals of the candidates; the largest value known of every lane, and the size of the quantity; what was found
@@ -104,6 +108,8 @@ def between(system: System) -> Between:
     candidates, intervals = layout.block(4 * ROWS), layout.block(-(-ROWS // WIDTH))
     best, scale, value, place, doubt = (layout.block(1) for _ in range(5))
     at_row, curve_row, guess_row, low_row, high_row, before_row, rate_row, busy_row = (layout.row() for _ in range(8))
+    # The row before which a lane's motion ends, of the candidate whose interval stands as -1.
+    last_row, end_seen, part_seen, part_h = layout.row(), system.end_seen, system.part_seen, system.part_h
     start_rows, trial_rows, h_rows = layout.block(state), layout.block(state), layout.block(1)
     step_seen, trial_seen = layout.block(SEEN), layout.block(SEEN)
 
@@ -232,6 +238,25 @@ def between(system: System) -> Between:
         rate(term, from_, to, variable, sign, limit, x, top, curve, work[best], candidate)
 
     @routine
+    def estimate_last(run, window, variable, sign, until, k, work):
+        """The end of the whole step is no end of the motion: beyond it the forces may do anything."""
+        candidate, known, length = work[candidates][4 * k * WIDTH : 4 * (k + 1) * WIDTH], work[best], work[part_h]
+        from_, to, first, second = work[part_seen], work[end_seen], variable * WIDTH, (variable + 3) * WIDTH
+        work[intervals][k] = -1.0
+        for lane in range(WIDTH):
+            share, row = length[lane] / run.step_length, np.ceil(until[lane]) - 1.0 - window.first
+            n0, n1 = sign * from_[first + lane], sign * to[first + lane]
+            # Of the start the rates are those of the part, of the end those of a whole step.
+            m0, m1 = sign * from_[second + lane], share * sign * to[second + lane]
+            top = highest(n0, n1, m0, m1)
+            promises = (share > 0.0) & (row >= window.head) & (top > known[lane])
+            candidate[lane] = top if promises else -np.inf
+            candidate[WIDTH + lane] = share * (m0 / (m0 - m1) if (m0 > 0.0) & (m1 < 0.0) else 0.5)
+            candidate[2 * WIDTH + lane] = (m1 - m0) / (share * share) if promises else -1.0
+            candidate[3 * WIDTH + lane] = np.inf
+            work[last_row + lane] = row if promises else 0.0
+
+    @routine
     def choose(count, first, work):
         """The candidate of every lane that is looked at next, taken off the list."""
         candidate, interval, known, found = work[candidates], work[intervals], work[best], 0
@@ -244,7 +269,7 @@ def between(system: System) -> Between:
                         break
             if number >= 0:
                 candidate[4 * number * WIDTH + lane] = -np.inf
-                work[at_row + lane] = interval[number]
+                work[at_row + lane] = interval[number] if interval[number] >= 0.0 else work[last_row + lane]
                 work[x_row + lane] = candidate[(4 * number + 1) * WIDTH + lane]
                 work[curve_row + lane] = candidate[(4 * number + 2) * WIDTH + lane]
                 work[guess_row + lane] = candidate[(4 * number + 3) * WIDTH + lane]
@@ -315,4 +340,4 @@ def between(system: System) -> Between:
             if learn(attempt, variable, sign, until, window.first, work) == 0:
                 break
 
-    return Between(estimate, choose, follow, intervals, best, scale, value, place, doubt, layout.row())
+    return Between(estimate, estimate_last, choose, follow, intervals, best, scale, value, place, doubt, layout.row())

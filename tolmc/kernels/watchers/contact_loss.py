@@ -62,8 +62,9 @@ def watch(system: System, between: Between) -> Watcher:
         count = np.int64(0)  # a literal would compile what it is handed to once more
         first = variable * WIDTH
         for lane in range(WIDTH):
-            # Nothing is sought in a lane that has lost contact, nor where an end shows it.
-            known = np.ceil(work[place + lane]) - 1.0 if work[time + lane] == np.inf else 0.0
+            # Nothing is sought in a lane that has lost contact, nor after the end that shows it: within the interval before, a
+            # force may have turned negative and positive again.
+            known = np.ceil(work[place + lane]) if work[time + lane] == np.inf else 0.0
             sooner[lane] = window.first + known
             best[lane] = 0.0
         for row in range(window.head, window.tail + 1):

@@ -28,7 +28,7 @@ def watch(system: System, between: Between) -> Watcher:
     top_rows, largest, integrals = layout.block(QUANTITIES + 1), layout.row(), layout.block(4)
     mask_rows, length_row, ended = layout.block(-(-ROWS // WIDTH)), layout.row(), layout.row()
     end_rows, part_rows = system.end_seen, system.part_seen
-    estimate, choose, follow = between.estimate, between.choose, between.follow
+    estimate, estimate_last, choose, follow = between.estimate, between.estimate_last, between.choose, between.follow
     best_rows, value_rows, scale_rows = between.best, between.value, between.scale
     doubt_rows, unsure = between.doubt, between.unsure
     until_rows = slice(until, until + WIDTH)
@@ -118,7 +118,7 @@ def watch(system: System, between: Between) -> Watcher:
         return mask & (1 << QUANTITIES) - 1
 
     @routine
-    def climb(run, window, quantity, bit, coef, work):
+    def climb(run, window, quantity, bit, ends_here, coef, work):
         """The exact maximum of one quantity."""
         variable, sign = quantity // 2, -1.0 if quantity % 2 == 1 else 1.0
         masks, top = work[mask_rows], work[top_rows][quantity * WIDTH : (quantity + 1) * WIDTH]
@@ -132,6 +132,9 @@ def watch(system: System, between: Between) -> Watcher:
             if int(masks[row]) & bit:
                 estimate(window, row, variable, sign, ends, count, work)
                 count += 1
+        if ends_here:
+            estimate_last(run, window, variable, sign, ends, count, work)
+            count += 1
         while count > 0 and choose(count, no(), work) > 0:
             follow(run, window, variable, sign, ends, coef, work)
             for lane in range(WIDTH):
@@ -158,15 +161,17 @@ def watch(system: System, between: Between) -> Watcher:
             # 1 in the lanes whose motion has ended within a step: what is seen there counts too.
             work[ended + lane] = 1.0 if work[part_h][lane] > 0.0 else 0.0
         take(work[end_rows], 0.5, work[ended : ended + WIDTH], tops, big)
-        news = 0
+        ending, news = 0, 0
+        for lane in range(WIDTH):
+            ending += (work[ended + lane] > 0.0) & (ends[lane] > window.first + window.head)
         for row in range(window.head, window.tail + 1):
             here, after = at(window.seen, row), at(window.seen, row + 1)
             mask = mask_of(here, after, window.first + row + 0.0, ends, tops)
             masks[row] = mask
             news |= mask
         for quantity in range(QUANTITIES):
-            if (news >> quantity) & 1:
-                climb(run, window, quantity, 1 << quantity, coef, work)
+            if (news >> quantity) & 1 or ending > 0:
+                climb(run, window, quantity, 1 << quantity, ending > 0, coef, work)
 
     @routine
     def finish(run, block, y, coef, work):
