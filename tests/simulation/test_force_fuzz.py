@@ -1,13 +1,20 @@
 """Force statistics of random motions against much finer steps: the short form of studies/fuzz_forces.py."""
 
+import json
 import sys
+from dataclasses import replace
 
+import numpy as np
 import pytest
-from places import STUDIES
+from places import DATA, STUDIES
 
 sys.path.append(str(STUDIES))
 
-from fuzz_forces import run
+from fuzz_forces import error, run, simulated
+from fuzz_scenes import SYMMETRIC
+
+RESTING = replace(SYMMETRIC, loads=replace(SYMMETRIC.loads, gravity=(0.0, 0.0, 0.0)))
+LOST = json.loads((DATA / "lost_contact.json").read_text())
 
 
 @pytest.mark.slow
@@ -19,3 +26,14 @@ def test_no_good_status_stands_on_wrong_statistics():
         assert len(part) > 30, chosen
         assert part.good.mean() > 0.5, chosen
         assert part["for nothing"].mean() < 0.05, chosen
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LOST)
+def test_nothing_is_missed_in_the_step_in_which_contact_is_lost(name):
+    """Motions of the fuzz that each had a good status and a force, or the instant, up to a third wrong."""
+    case = LOST[name]
+    scene, columns = replace(RESTING, duration=case["duration"]), {k: np.array([v]) for k, v in case["columns"].items()}
+    found, true = (simulated(scene, columns, times * case["steps"]) for times in (1, 16))
+    assert found.status[0] == true.status[0] == "contact lost"
+    assert error(found, true, scene.duration)[0] < 1e-4
