@@ -9,7 +9,7 @@ but the entry is internal, so that it runs on its own pieces wherever it is load
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from llvmlite.binding import Linkage
 from numba._dynfunc import make_function
@@ -17,36 +17,38 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 
 
-class _Options(Flags):
-    """A compiler's options that stay as they are.
+class _Settled(Flags):
+    """A compiler's options that stay as they are, one object for each choice of them.
 
-    Numba finds what it has compiled by them, and compares two sets of options one by one, five million of them in a kernel:
-    a tenth of its compilation.
+    Numba finds what it has compiled by its options, and compares them one by one, five million of them in a kernel: a tenth of
+    its compilation.
     """
 
     __slots__ = ()
     _HASH = hash(Flags())  # of their names alone
 
-    def copy(self) -> _Options:
-        return self
+    def copy(self) -> Flags:
+        return Flags(self)  # to be changed by whoever asks for it
 
     def __hash__(self) -> int:
         return self._HASH
 
     def __eq__(self, other: object) -> bool:
-        return self is other if isinstance(other, _Options) else super().__eq__(other)
+        return self is other if isinstance(other, _Settled) else super().__eq__(other)
 
 
-_known: list[_Options] = []
+class _Options(Flags):
+    """Options whose copy, which Numba looks at while it compiles, is the one that stays as it is."""
 
+    __slots__ = ()
+    _known: ClassVar[list[_Settled]] = []
 
-def _settled(options: Flags) -> _Options:
-    """The one object that stands for these options."""
-    for known in _known:
-        if known.values() == options.values():
-            return known
-    _known.append(_Options(options))
-    return _known[-1]
+    def copy(self) -> _Settled:
+        for known in self._known:
+            if known.values() == self.values():
+                return known
+        self._known.append(_Settled(self))
+        return self._known[-1]
 
 
 class _Piece(JITCodeLibrary):
@@ -85,7 +87,7 @@ def _by_compiled_code_alone(library: JITCodeLibrary, fndesc: Any, env: Any) -> o
 class _Compiler(Compiler):
     def __init__(self, *context: Any) -> None:
         super().__init__(*context)
-        self.state.flags = _settled(self.state.flags)
+        self.state.flags = _Options(self.state.flags)
 
 
 class PieceCompiler(_Compiler):
