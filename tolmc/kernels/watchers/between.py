@@ -22,9 +22,11 @@ from tolmc.kernels.system import System
 _DEGREES = 2 * SUPPORT
 _STARTS = 5  # places of an interval at which the search for its polynomial's maximum begins
 _NEWTON = 5
-_ATTEMPTS = 8
+_ATTEMPTS = 12
 #: What may be left of a maximum, as a share of the quantity's size, when it is added by the parabola there.
 _LEFT = 1e-8
+#: How near an end of an interval a maximum is doubted that leaves half of the rate there, as a share of a step.
+_NEAR = 0.1
 #: How far the polynomial may be from the motion's own value for its curvature to be trusted, as a share of the same.
 _TRUSTED = 1e-3
 #: By how many times its difference from the cubic, at its maximum or in the middle, the polynomial of degree 7 may err.
@@ -40,7 +42,7 @@ def highest(n0, n1, m0, m1):
     (Fritsch and Carlson, SIAM J. Numer. Anal. 17, 1980).
     """
     both = m0 + m1
-    slow = 3.0 * (n1 - n0) * both < both * both
+    slow = 2.5 * (n1 - n0) * both < both * both
     turns_over, rises, falls = (m0 > 0.0) & (m1 < 0.0), m0 > 0.0, m1 < 0.0
     top = n0 + 0.75 * m0 if rises & (turns_over | slow) else -np.inf
     return max(top, n1 - 0.75 * m1) if falls & (turns_over | slow) else top
@@ -50,7 +52,7 @@ def highest(n0, n1, m0, m1):
 def turns(n0, n1, m0, m1):
     """Whether there may be a maximum or a minimum between two ends at all."""
     both = m0 + m1
-    return (m0 * m1 < 0.0) | (3.0 * (n1 - n0) * both < both * both)
+    return (m0 * m1 < 0.0) | (2.5 * (n1 - n0) * both < both * both)
 
 
 @device
@@ -77,13 +79,14 @@ class Between:
 
     ``estimate(window, interval, variable, sign, until, k, work)``: the largest value of sign times the variable within an
     interval, of every lane, as candidate k. ``estimate_last(run, window, variable, sign, until, k, work)``: the same within the
-    part of a step with which a lane's motion ends, of the lanes that end in the window. ``choose(count, first, work)``: of
-    every lane the best candidate above ``best`` or, with ``first``, the earliest; returns how many lanes have one.
-    ``follow(run, window, variable, sign, until, coef, work)``: its exact value into ``value`` and its place, in rows of the
-    window, into ``place``.
+    part of a step with which a lane's motion ends, of the lanes that end in the window, after ``halve(coef, work)``.
+    ``choose(count, first, work)``: of every lane the best candidate above ``best`` or, with ``first``, the earliest; returns
+    how many lanes have one. ``follow(run, window, variable, sign, until, coef, work)``: its exact value into ``value`` and its
+    place, in rows of the window, into ``place``.
     """
 
     estimate: Callable
+    halve: Callable
     estimate_last: Callable
     choose: Callable
     follow: Callable
@@ -108,8 +111,10 @@ def between(system: System) -> Between:
     candidates, intervals = layout.block(4 * ROWS), layout.block(-(-ROWS // WIDTH))
     best, scale, value, place, doubt = (layout.block(1) for _ in range(5))
     at_row, curve_row, guess_row, low_row, high_row, before_row, rate_row, busy_row = (layout.row() for _ in range(8))
+    after_row = layout.row()
     # The row before which a lane's motion ends, of the candidate whose interval stands as -1.
-    last_row, end_seen, part_seen, part_h = layout.row(), system.end_seen, system.part_seen, system.part_h
+    last_row, middle_seen = layout.row(), layout.block(SEEN)
+    part_start, part_seen, part_h, end_seen = system.part_start, system.part_seen, system.part_h, system.end_seen
     start_rows, trial_rows, h_rows = layout.block(state), layout.block(state), layout.block(1)
     step_seen, trial_seen = layout.block(SEEN), layout.block(SEEN)
 
@@ -238,21 +243,40 @@ def between(system: System) -> Between:
         rate(term, from_, to, variable, sign, limit, x, top, curve, work[best], candidate)
 
     @routine
+    def halve(coef, work):
+        """What is seen in the middle of the part of a step with which a lane's motion ends."""
+        h, length = work[h_rows], work[part_h]
+        for lane in range(WIDTH):
+            h[lane] = 0.5 * length[lane]
+        step(work[part_start], work[trial_rows], coef, h, work[step_seen], work)
+        see(work[trial_rows], coef, work[full], work[middle_seen], work)
+
+    @routine
     def estimate_last(run, window, variable, sign, until, k, work):
         """The end of the whole step is no end of the motion: beyond it the forces may do anything."""
         candidate, known, length = work[candidates][4 * k * WIDTH : 4 * (k + 1) * WIDTH], work[best], work[part_h]
-        from_, to, first, second = work[part_seen], work[end_seen], variable * WIDTH, (variable + 3) * WIDTH
+        from_, middle, to = work[part_seen], work[middle_seen], work[end_seen]
+        first, second = variable * WIDTH, (variable + 3) * WIDTH
         work[intervals][k] = -1.0
         for lane in range(WIDTH):
+            # Of the start the rates are those of the part, of the others those of a whole step.
             share, row = length[lane] / run.step_length, np.ceil(until[lane]) - 1.0 - window.first
-            n0, n1 = sign * from_[first + lane], sign * to[first + lane]
-            # Of the start the rates are those of the part, of the end those of a whole step.
-            m0, m1 = sign * from_[second + lane], share * sign * to[second + lane]
-            top = highest(n0, n1, m0, m1)
+            half = 0.5 * share
+            n0, n1, n2 = sign * from_[first + lane], sign * middle[first + lane], sign * to[first + lane]
+            m0, m1, m2 = (
+                0.5 * sign * from_[second + lane],
+                half * sign * middle[second + lane],
+                half * sign * to[second + lane],
+            )
+            top_1, top_2 = highest(n0, n1, m0, m1), highest(n1, n2, m1, m2)
+            late = top_2 > top_1
+            a, b, top = m1 if late else m0, m2 if late else m1, max(top_1, top_2)
+            # Where a motion starts from rest its forces have no rate, and not seldom a minimum: not there.
+            place = min(max(a / (a - b) if (a > 0.0) & (b < 0.0) else 0.5, 0.25), 0.75)
             promises = (share > 0.0) & (row >= window.head) & (top > known[lane])
             candidate[lane] = top if promises else -np.inf
-            candidate[WIDTH + lane] = share * (m0 / (m0 - m1) if (m0 > 0.0) & (m1 < 0.0) else 0.5)
-            candidate[2 * WIDTH + lane] = (m1 - m0) / (share * share) if promises else -1.0
+            candidate[WIDTH + lane] = half * ((1.0 if late else 0.0) + place)
+            candidate[2 * WIDTH + lane] = (b - a) / (half * half) if promises else -1.0
             candidate[3 * WIDTH + lane] = np.inf
             work[last_row + lane] = row if promises else 0.0
 
@@ -291,10 +315,20 @@ def between(system: System) -> Between:
                 start[c * WIDTH + lane] = window.states[(row * state + c) * WIDTH + lane]
 
     @routine
+    def begin_at(window, variable, sign, work):
+        """The rates at the two ends beside every lane's place."""
+        for lane in range(WIDTH):
+            rate = (int(work[at_row + lane]) * SEEN + variable + 3) * WIDTH + lane
+            work[before_row + lane], work[rate_row + lane] = 0.0, sign * window.seen[rate]
+            work[after_row + lane] = sign * window.seen[rate + SEEN * WIDTH]
+
+    @routine
     def learn(attempt, variable, sign, until, first, work):
         """The value at the place and what the parabola there adds; the next place. Returns how many lanes are not done.
 
         Newton's rule with the polynomial's curvature, then with the secant's, within a bracket on whose sides the rates differ.
+        Near an end where the value still changes as it does there is no maximum, whatever the polynomial says: beyond the loss
+        of contact the ends that it goes through may be anything.
         """
         seen, size, known, open_ = work[trial_seen], work[scale], work[best], 0
         found, where, left = work[value], work[place], work[doubt]
@@ -308,6 +342,10 @@ def between(system: System) -> Between:
             apart = x - before
             secant = (m - was) / (apart if apart != 0.0 else 1.0)
             bend = secant if (attempt > 0) & (apart != 0.0) & (secant < 0.0) else bend
+            here, ahead = 0.5 if x < _NEAR else 1.0, 0.5 if x > 1.0 - _NEAR else 1.0
+            after = work[after_row + lane]
+            same = (m > 0.0) & (was > 0.0) & (m >= here * was) | (m < 0.0) & (after < 0.0) & (m <= ahead * after)
+            bend = 0.0 if (attempt == 0) & same & (abs(m) > _LEFT * size[lane]) else bend
             moved = x - m / (bend if bend < 0.0 else -1.0)
             moved = moved if (moved > low) & (moved < high) & (bend < 0.0) else 0.5 * (low + high)
             gain = 0.5 * m * (moved - x)
@@ -333,6 +371,7 @@ def between(system: System) -> Between:
         found, where, left = work[value], work[place], work[doubt]
         for lane in range(WIDTH):
             found[lane], where[lane], left[lane] = -np.inf, np.inf, 0.0
+        begin_at(window, variable, sign, work)
         for attempt in range(_ATTEMPTS):
             go(run.step_length, window, work)
             step(work[start_rows], work[trial_rows], coef, work[h_rows], work[step_seen], work)
@@ -340,4 +379,6 @@ def between(system: System) -> Between:
             if learn(attempt, variable, sign, until, window.first, work) == 0:
                 break
 
-    return Between(estimate, estimate_last, choose, follow, intervals, best, scale, value, place, doubt, layout.row())
+    return Between(
+        estimate, halve, estimate_last, choose, follow, intervals, best, scale, value, place, doubt, layout.row()
+    )

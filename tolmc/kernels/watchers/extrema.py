@@ -28,7 +28,8 @@ def watch(system: System, between: Between) -> Watcher:
     top_rows, largest, integrals = layout.block(QUANTITIES + 1), layout.row(), layout.block(4)
     mask_rows, length_row, ended = layout.block(-(-ROWS // WIDTH)), layout.row(), layout.row()
     end_rows, part_rows = system.end_seen, system.part_seen
-    estimate, estimate_last, choose, follow = between.estimate, between.estimate_last, between.choose, between.follow
+    estimate, choose, follow = between.estimate, between.choose, between.follow
+    halve, estimate_last = between.halve, between.estimate_last
     best_rows, value_rows, scale_rows = between.best, between.value, between.scale
     doubt_rows, unsure = between.doubt, between.unsure
     until_rows = slice(until, until + WIDTH)
@@ -169,6 +170,8 @@ def watch(system: System, between: Between) -> Watcher:
             mask = mask_of(here, after, window.first + row + 0.0, ends, tops)
             masks[row] = mask
             news |= mask
+        if ending > 0:
+            halve(coef, work)
         for quantity in range(QUANTITIES):
             if (news >> quantity) & 1 or ending > 0:
                 climb(run, window, quantity, 1 << quantity, ending > 0, coef, work)
