@@ -296,7 +296,8 @@ def test_a_plan_once_made_holds(tmp_path, monkeypatch):
     plan = run_directory.read(out).record["plan"]
     change_record(out, plan=plan | {"steps": 2 * plan["steps"]})
     result, begun = resume(out), run(study)
-    assert result.plan == replace(begun.plan, steps=2 * plan["steps"])
+    # As text: fields that are not a number are equal to themselves in no Python from 3.13 on.
+    assert str(result.plan) == str(replace(begun.plan, steps=2 * plan["steps"]))
     assert_bitwise_equal(result.samples.iloc[:256], begun.samples.iloc[:256])
     rest = result.samples.iloc[256:].reset_index(drop=True)
     dimensions = {name: rest[name].to_numpy() for name in DIMENSIONS}
