@@ -202,7 +202,7 @@ def about(time: float, *, compiles: bool = True) -> str:
         if time < 5400
         else f"{time / 3600:.0f} h"
     )
-    first = "; the first time one or two minutes more, while the kernels are compiled" if compiles else ""
+    first = "; the first time up to a minute more, while the kernels are compiled" if compiles else ""
     return f"about {words} (a guess, good to a factor of three){first}"
 
 
