@@ -34,10 +34,18 @@ def instructions(routine, signature):
     or not llvm.get_host_cpu_features().get("avx2"),
     reason="counts the vector instructions of x86-64 with AVX2 or more",
 )
-@pytest.mark.parametrize("name", ["step", "look", "take", "next_steps"])
-def test_the_loops_over_lanes_are_packed(name):
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        *((name, (False, False, False, False)) for name in ("step", "look", "take", "next_steps")),
+        # A symmetric body whose drive swings, and any body whose loads do, with friction.
+        pytest.param("step", (False, False, True, True), marks=pytest.mark.nightly),
+        pytest.param("step", (False, True, True, True), marks=pytest.mark.nightly),
+    ],
+)
+def test_the_loops_over_lanes_are_packed(name, kind):
     """Packed loops keep scalar copies, for arrays that overlap."""
-    equations = equations_of(False, False, False, False)
+    equations = equations_of(*kind)
     steps = stepper.build(equations, rk4=False)
     clocks = clock.build(equations, steps, rk4=False)
     routine, signature = {
