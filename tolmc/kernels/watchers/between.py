@@ -25,6 +25,8 @@ _NEWTON = 5
 _ATTEMPTS = 12
 #: What may be left of a maximum, as a share of the quantity's size, when it is added by the parabola there.
 _LEFT = 1e-8
+#: Sum of both rates, over the change between two ends, up to which the values are taken to change one way.
+_MONOTONE = 2.5
 #: How near an end of an interval a maximum is doubted that leaves half of the rate there, as a share of a step.
 _NEAR = 0.1
 #: How far the polynomial may be from the motion's own value for its curvature to be trusted, as a share of the same.
@@ -34,25 +36,33 @@ _MARGIN = 3.0
 
 
 @device
+def may_bend(n0, n1, m0, m1):
+    """Whether the values at two ends change so little, or so much the other way, that their rates may turn between.
+
+    A parabola's rates add up to twice the change; up to three times the cubic through both ends is monotone (Fritsch and
+    Carlson, SIAM J. Numer. Anal. 17, 1980). Short of that there may be a small maximum that no cubic has.
+    """
+    both = m0 + m1
+    return _MONOTONE * (n1 - n0) * both < both * both
+
+
+@device
 def highest(n0, n1, m0, m1):
     """What a maximum between two ends may be at most, from the values and rates at both (-inf: there is none).
 
     A parabola adds at most half a rate; three quarters are allowed for. Between two ends that both rise, or both fall, is one
-    only where the values change less than a third of what both rates say, or the other way: elsewhere their cubic is monotone
-    (Fritsch and Carlson, SIAM J. Numer. Anal. 17, 1980).
+    only where they may bend.
     """
-    both = m0 + m1
-    slow = 2.5 * (n1 - n0) * both < both * both
+    bends = may_bend(n0, n1, m0, m1)
     turns_over, rises, falls = (m0 > 0.0) & (m1 < 0.0), m0 > 0.0, m1 < 0.0
-    top = n0 + 0.75 * m0 if rises & (turns_over | slow) else -np.inf
-    return max(top, n1 - 0.75 * m1) if falls & (turns_over | slow) else top
+    top = n0 + 0.75 * m0 if rises & (turns_over | bends) else -np.inf
+    return max(top, n1 - 0.75 * m1) if falls & (turns_over | bends) else top
 
 
 @device
 def turns(n0, n1, m0, m1):
     """Whether there may be a maximum or a minimum between two ends at all."""
-    both = m0 + m1
-    return (m0 * m1 < 0.0) | (2.5 * (n1 - n0) * both < both * both)
+    return (m0 * m1 < 0.0) | may_bend(n0, n1, m0, m1)
 
 
 @device
