@@ -160,14 +160,17 @@ def run(
         raise click.UsageError("name the STUDY file to run, or a directory with --resume.")
     if as_json and (brief or compare_section):
         raise click.UsageError("--json prints everything of the run; leave --brief and --compare-section out.")
-    from tolmc.commands.run import resume_run, run_study
+    from tolmc.pictures.painter import painter
 
     shown = {"compare": compare_section, "brief": brief, "as_json": as_json}
     crew = {"workers": workers, "cluster": cluster}
-    if resume is not None:
-        enough = resume_run(resume, shown, study=study, extend=extend or 0, **crew)
-    else:
-        enough = run_study(cast(Path, study), shown, samples=samples, seed=seed, out=out, **crew)
+    with painter():
+        from tolmc.commands.run import resume_run, run_study
+
+        if resume is not None:
+            enough = resume_run(resume, shown, study=study, extend=extend or 0, **crew)
+        else:
+            enough = run_study(cast(Path, study), shown, samples=samples, seed=seed, out=out, **crew)
     if not enough:
         sys.exit(_TOO_FEW_COMPUTED)
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from tolmc import quantities
 from tolmc.errors import InputError
-from tolmc.pictures import plots
+from tolmc.pictures import DISTRIBUTIONS, plots
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.run import StudyResult
 from tolmc.simulation.trajectory import Trajectory
@@ -84,7 +84,7 @@ def _(result: StudyResult) -> dict[str, Callable[[], Figure]]:
 
     def distributions() -> Figure:
         nominal = {name: value for name, value in result.nominal.items() if not isinstance(value, str)}
-        shown = [name for name in (*study.specification, *plots.DISTRIBUTIONS) if name in samples] or outputs[:1]
+        shown = [name for name in (*study.specification, *DISTRIBUTIONS) if name in samples] or outputs[:1]
         return plots.draw_distributions(
             samples,
             list(dict.fromkeys(shown)),

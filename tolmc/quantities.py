@@ -364,6 +364,11 @@ def derive(row: Output) -> None:
     _DERIVED[row.name] = _ROWS[row.name] = row
 
 
+def derived() -> tuple[Output, ...]:
+    """Outputs of a study's own that are known."""
+    return tuple(_DERIVED.values())
+
+
 def is_derived(name: str) -> bool:
     """Whether a study has defined the output."""
     return name in _DERIVED

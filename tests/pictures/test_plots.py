@@ -8,11 +8,11 @@ from matplotlib.figure import Figure
 from small_study import write
 
 from tolmc.errors import InputError
-from tolmc.pictures import plots
+from tolmc.pictures import DISTRIBUTIONS, plots
 from tolmc.quantities import SCALARS
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.run import run
-from tolmc.statistics.summary import rank_correlations
+from tolmc.statistics.rank_correlations import rank_correlations
 from tolmc.study.file import load_study
 
 
@@ -43,7 +43,7 @@ def distributions(samples, **options):
 
 
 def test_distributions_show_samples_nominal_and_limits(result):
-    shown = result.samples[[name for name in plots.DISTRIBUTIONS if name in result.samples]]
+    shown = result.samples[[name for name in DISTRIBUTIONS if name in result.samples]]
     limits = {"tilt_angle": {"max": np.radians(24.4)}, "contact_force_D_max": {"min": 0.0, "max": 400.0}}
     figure = distributions(shown, nominal=result.nominal, specification=limits)
     texts = words(figure)

@@ -55,3 +55,8 @@ def test_what_is_not_collected_is_not_computed(workers):
 def test_nothing_to_do():
     with crew(2) as threads:
         assert list(threads.map(slow_square, iter(()))) == []
+
+
+def test_a_single_call_is_done_by_the_caller():
+    with crew(2) as threads:
+        assert list(threads.map(slow_square, [(3,)])) == [(9, threading.current_thread())]

@@ -34,6 +34,11 @@ def _quick_pictures(monkeypatch):
         )
 
 
+@pytest.fixture(autouse=True)
+def _many_blocks(monkeypatch):
+    monkeypatch.setattr(monte_carlo, "_LEAST_WORK", 0.0)
+
+
 @pytest.fixture
 def study(tmp_path):
     return load_study(write(tmp_path, *GEOMETRY)).replaced(samples=SAMPLES)

@@ -9,6 +9,7 @@ from scipy import stats
 from scipy.stats import qmc
 from tolerance_cases import CASES, LOWER, UPPER, WITHIN_LIMITS, cases, dimension, distributions, joint, samplings
 
+from tolmc.quantities import SCALARS
 from tolmc.tolerances import unit_cube as sampling
 from tolmc.tolerances.dimension import SCRAMBLINGS, Dimension, Tolerances
 from tolmc.tolerances.distributions import Uniform
@@ -128,12 +129,18 @@ def test_latin_hypercube_fills_every_layer_once():
     assert np.array_equal(layers, np.tile(np.arange(500)[:, None], 3))
 
 
-def test_sobol_rows_are_scipys_scrambled_sequences_interleaved():
-    u = sampling.cube_points(5, 1000, sampling="sobol", seed=11)
+@pytest.mark.parametrize("columns", [1, 5, len(SCALARS)])
+def test_sobol_rows_are_scipys_scrambled_sequences_interleaved(columns):
+    u = sampling.cube_points(columns, 1000, sampling="sobol", seed=11)
     for k in range(SCRAMBLINGS):
         rng = np.random.default_rng(np.random.SeedSequence(11, spawn_key=(sampling._SOBOL, k)))
-        expected = qmc.Sobol(5, bits=32, rng=rng).random(64)[: len(u[k::SCRAMBLINGS])]
+        expected = qmc.Sobol(columns, bits=32, rng=rng).random(64)[: len(u[k::SCRAMBLINGS])]
         assert np.array_equal(u[k::SCRAMBLINGS], expected + 2.0**-33)
+
+
+def test_more_columns_than_there_are_direction_numbers_are_refused():
+    with pytest.raises(ValueError, match="81 columns are too many for sobol; allowed: at most 80"):
+        sampling.cube_points(81, 16, sampling="sobol", seed=1)
 
 
 def test_each_scrambling_is_balanced():

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+import scipy  # scipy.stats, half a second, is loaded when ranks are first asked for
 
 from tolmc.analysis.index_table import index_table, varied_names
 from tolmc.statistics.intervals import Estimate, signed_rank_interval
@@ -168,7 +168,7 @@ class _Ranked(NamedTuple):
 
 
 def _ranked(x: np.ndarray) -> _Ranked:
-    return _Ranked((stats.rankdata(x) - 0.5) / max(len(x), 1) - 0.5, np.argsort(x, kind="stable"))
+    return _Ranked((scipy.stats.rankdata(x) - 0.5) / max(len(x), 1) - 0.5, np.argsort(x, kind="stable"))
 
 
 def _spearman(of_x: _Ranked, of_y: _Ranked, used: np.ndarray, rows: Rows) -> Estimate:

@@ -23,8 +23,7 @@ from math import comb
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import solve_triangular
-from scipy.stats import qmc
+import scipy  # scipy.stats, half a second, is loaded when a surrogate is first trained
 
 from tolmc.statistics.outcomes import contact_lost
 from tolmc.tolerances.dimension import Tolerances
@@ -154,7 +153,7 @@ def training_points(box: Mapping[str, tuple[float, float]], count: int, seed: in
     varied = high > low
     points = np.tile(0.5 * (low + high), (count, 1))
     # A power of two keeps the sequence balanced; the points that are left over are not used.
-    u = qmc.Sobol(int(varied.sum()), rng=np.random.default_rng([seed, 0x5A])).random_base2(
+    u = scipy.stats.qmc.Sobol(int(varied.sum()), rng=np.random.default_rng([seed, 0x5A])).random_base2(
         max(count - 1, 1).bit_length()
     )
     points[:, varied] -= 0.5 * (high - low)[varied] * np.cos(np.pi * u[:count])
@@ -258,5 +257,5 @@ def least_squares(design: np.ndarray, values: np.ndarray, sizes: Sequence[int]):
     coefficients = np.zeros((design.shape[1], values.shape[1]))
     for output, p in enumerate(degree):
         size = sizes[p]
-        coefficients[:size, output] = solve_triangular(r[:size, :size], projection[:size, output])
+        coefficients[:size, output] = scipy.linalg.solve_triangular(r[:size, :size], projection[:size, output])
     return coefficients, degree.tolist(), np.min(errors, axis=0).tolist()

@@ -25,8 +25,8 @@ from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 from tolmc import quantities
 from tolmc.errors import InputError
 from tolmc.mechanism.scene import Scene
-from tolmc.statistics.columns import Columns
-from tolmc.statistics.summary import RANKED, rank_correlations
+from tolmc.pictures import DISTRIBUTIONS
+from tolmc.statistics.rank_correlations import RANKED, rank_correlations
 
 BLUE, ORANGE, RED, GREY = "#0072B2", "#E69F00", "#D55E00", "#666666"
 _COLOUR = {"D": BLUE, "E": ORANGE}
@@ -35,12 +35,6 @@ _STYLE: dict[Any, Any] = {
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True,
     "grid.color": "#e4e4e4", "grid.linewidth": 0.8, "legend.frameon": False,
 }  # fmt: skip
-
-#: Outputs whose distribution is drawn.
-DISTRIBUTIONS = (
-    "tilt_angle", "effective_radius", "contact_force_D_max", "contact_force_E_max",
-    "impacts_D", "impacts_E", "impulse_D_max", "impulse_E_max",
-)  # fmt: skip
 
 _POINTS = 2_000
 _UPRIGHT = 4  # names of so many inputs stand beside each other
@@ -106,7 +100,7 @@ def save(figure: Figure, path: str | Path) -> None:
 
 
 def draw_distributions(
-    samples: pd.DataFrame | Columns,
+    samples: Mapping[str, np.ndarray] | pd.DataFrame,
     outputs: Sequence[str],
     *,
     nominal: Mapping[str, float],
@@ -122,11 +116,11 @@ def draw_distributions(
     height = 0.7 + 3.3 * rows
     with styled():
         figure = Picture(figsize=(5.3 * columns, height))
-        heading(figure, f"{title}: {len(samples):,} samples")
+        heading(figure, f"{title}: {len(samples[outputs[0]]):,} samples")
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for axis, name in zip(axes, outputs, strict=False):
             limits = specification.get(name, {}).values()
-            _draw_distribution(axis, samples[name].to_numpy(), name, nominal.get(name), limits)
+            _draw_distribution(axis, np.asarray(samples[name]), name, nominal.get(name), limits)
         for axis in axes[len(outputs) :]:
             axis.set_visible(False)
         figure.subplots_adjust(

@@ -10,10 +10,8 @@ import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice, starmap
 from typing import Protocol
-
-import joblib
 
 from tolmc.errors import ClusterError
 
@@ -36,6 +34,14 @@ class _Threads:
     size: int
 
     def map(self, function: Callable, calls: Iterable[tuple]) -> Generator:
+        calls = iter(calls)
+        first = list(islice(calls, 2))
+        calls = chain(first, calls)
+        if self.size == 1 or len(first) < 2:
+            yield from starmap(function, calls)
+            return
+        import joblib  # takes longer to load than a small run's only call
+
         with joblib.parallel_config("threading"):
             parallel = joblib.Parallel(n_jobs=self.size, batch_size=1, return_as="generator")
             results = parallel(joblib.delayed(function)(*call) for call in calls)

@@ -28,7 +28,18 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from tolmc.runs.files import PARQUET, _flush, damaged, group_starts, locked, read_table, row_groups, write_whole
+from tolmc.runs.files import (
+    PARQUET,
+    ROW_GROUP,
+    _flush,
+    damaged,
+    flush_names,
+    group_starts,
+    locked,
+    read_table,
+    row_groups,
+    write_whole,
+)
 from tolmc.runs.record import FORMAT, RunDirectoryError, read_record, versions
 from tolmc.study.file import load_study
 from tolmc.study.sections import MAX_SAMPLES
@@ -235,6 +246,7 @@ class RunDirectory:
                 writer.write_table(table)
 
         write_whole(self._block_path(start), write)
+        flush_names(self._block_path(start).parent)
 
     def write_samples(self, tables: Iterator[pa.Table]) -> None:
         """samples.parquet anew: its rows so far, then those of ``tables``, in row groups of one size."""
@@ -247,7 +259,8 @@ class RunDirectory:
             with pq.ParquetWriter(temporary, schema, **PARQUET) as writer:
                 for group in row_groups(fitted):
                     writer.write_table(group)
-                    _flush(temporary)  # so that little is left to wait for once the last sample is there
+                    if group.num_rows == ROW_GROUP:
+                        _flush(temporary)  # so that little is left to wait for once the last sample is there
 
         write_whole(self.samples_path, write)
 
@@ -331,6 +344,7 @@ class RunDirectory:
 
     def _save_record(self) -> None:
         self.write_text("run.json", json.dumps(self.record, indent=2, allow_nan=False) + "\n")
+        flush_names(self.path)  # of all files up to here
 
 
 def _now() -> str:

@@ -35,8 +35,7 @@ def subset_size(study: Study, plan: Plan) -> int:
         return 0
     if plan.features.one_sided:  # chaotic motions, and a minute's compilation of the other section for them
         return 0
-    free = _SECONDS / (_DEARER * step_seconds(plan.features) * plan.steps)
-    count = int(max(_PART / _DEARER * study.samples, free, _ROUND))
+    count = int(max(_PART / _DEARER * study.samples, _SECONDS / _motion_seconds(plan), _ROUND))
     return min(count, _MOST, study.samples) // _ROUND * _ROUND
 
 
@@ -63,12 +62,19 @@ def exact_subset(study: Study, plan: Plan, workforce: Crew, compute: Callable[..
     joint = replace(study.scene.joint, section="exact")
     exact = replace(study, scene=replace(study.scene, joint=joint))
     plan = replace(plan, features=on_exact_section(plan.features), halving=False)
-    calls = ((exact, plan, start, min(_block(count), count - start)) for start in range(0, count, _block(count)))
+    block = _block(count, plan)
+    calls = ((exact, plan, start, min(block, count - start)) for start in range(0, count, block))
     title = f"{study.title}: exact section"
     with progress(title, count) as counted, closing(workforce.map(compute, calls)) as computed:
         return pa.concat_tables(list(counted(computed))).unify_dictionaries()
 
 
-def _block(count: int) -> int:
-    """Samples in a block: two blocks, so that two workers have one each."""
-    return max(-(-count // 32) * 16, 16)
+def _block(count: int, plan: Plan) -> int:
+    """Samples in a block: two blocks, so that two workers have one each, where the work is worth it."""
+    halves = -(-count // 32) * 16
+    return halves if halves * _motion_seconds(plan) > _SECONDS else count
+
+
+def _motion_seconds(plan: Plan) -> float:
+    """About what a motion takes on the exact section, s."""
+    return _DEARER * step_seconds(plan.features) * plan.steps

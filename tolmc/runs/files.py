@@ -97,6 +97,7 @@ def _lock(descriptor: int) -> None:
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """A file that is whole wherever it has its name; that the name is on the disk, too, :func:`flush_names` sees to."""
     temporary = path.with_name(f".partial-{path.name}")
     try:
         write(temporary)
@@ -108,8 +109,12 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         raise
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def flush_names(folder: Path) -> None:
+    """Names of the files in a folder, on the disk."""
     if os.name != "nt":  # Windows cannot flush a directory
-        _flush(path.parent)
+        _flush(folder)
 
 
 def _flush(path: Path) -> None:

@@ -25,7 +25,7 @@ import pyarrow.parquet as pq
 
 from tolmc.mechanism.operating import operating_dimensions
 from tolmc.mechanism.wear import bore_depth, journal_depth
-from tolmc.runs.files import write_whole
+from tolmc.runs.files import flush_names, write_whole
 from tolmc.runs.integrate import integrate_study, status_words, study_plan
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.progress import progress
@@ -220,6 +220,7 @@ def _study_of(study: Study, parts: pd.DataFrame, path: Path | None, step: str) -
     if path is not None:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, partial(pq.write_table, table))
+        flush_names(path.parent)
     return table
 
 

@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import pyarrow as pa
 
 from tolmc import quantities
+from tolmc.pictures import DISTRIBUTIONS
+from tolmc.pictures.painter import paint
 from tolmc.runs.directory import RunDirectory
 from tolmc.runs.nominal import study_motion
 from tolmc.statistics.columns import Columns
-from tolmc.statistics.summary import RANKED
+from tolmc.statistics.rank_correlations import RANKED
 from tolmc.study.study import Study
+
+# What is drawn of a motion.
+_OF_MOTION = ("time", "origin", "axis", "contact_force", "closed", "events")
 
 
 class RunPictures:
@@ -74,32 +79,30 @@ def run_pictures(directory: RunDirectory) -> Iterator[RunPictures]:
 
 def draw_motion(directory: RunDirectory, study: Study) -> None:
     """nominal.png: the motion at the nominal dimensions."""
-    from tolmc.pictures import plots
-
-    figure = plots.draw_trajectory(study_motion(study), study.scene, title=f"{study.title}: nominal motion")
-    directory.write_file("nominal.png", partial(plots.save, figure))
+    motion = study_motion(study)
+    # Not as a Trajectory, with which a process that only draws would have to load the kernels.
+    seen = SimpleNamespace(**{name: getattr(motion, name) for name in _OF_MOTION})
+    _write(directory, "nominal.png", "draw_trajectory", seen, study.scene, title=f"{study.title}: nominal motion")
 
 
 def draw_drivers(directory: RunDirectory, study: Study, first: pa.Table) -> None:
     """drivers.png: what drives which output, from the first samples."""
-    from tolmc.pictures import plots
-
     varied = [dimension.name for dimension in study.tolerances.varied]
     shown = [*varied, *quantities.outputs_among(first.column_names)]
     names = study.tolerances.shown_names
     samples = first.select(shown).to_pandas().rename(columns=names)
-    figure = plots.draw_drivers(samples, [names[name] for name in varied], title=study.title)
-    directory.write_file("drivers.png", partial(plots.save, figure))
+    _write(directory, "drivers.png", "draw_drivers", samples, [names[name] for name in varied], title=study.title)
 
 
 def draw_distributions(directory: RunDirectory, study: Study, nominal: Mapping[str, Any]) -> None:
     """distributions.png: histograms of all samples."""
-    from tolmc.pictures import plots
-
     samples = Columns(directory.read)
-    outputs = quantities.outputs_among(samples)
-    shown = [name for name in plots.DISTRIBUTIONS if name in samples] or outputs[:1]
-    figure = plots.draw_distributions(
-        samples, shown, nominal=nominal, specification=study.specification, title=study.title
-    )
-    directory.write_file("distributions.png", partial(plots.save, figure))
+    shown = [name for name in DISTRIBUTIONS if name in samples] or quantities.outputs_among(samples)[:1]
+    _write(
+        directory, "distributions.png", "draw_distributions", {name: samples[name].to_numpy() for name in shown}, shown,
+        nominal=nominal, specification=study.specification, title=study.title,
+    )  # fmt: skip
+
+
+def _write(directory: RunDirectory, name: str, draw: str, *shown, **words) -> None:
+    directory.write_file(name, lambda path: paint(path, draw, *shown, **words))

@@ -38,7 +38,7 @@ from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.until import Sequential, looks_of, outcome, sample_study
 from tolmc.shown import Shown
 from tolmc.simulation.judge import STATUSES
-from tolmc.simulation.plan import Plan
+from tolmc.simulation.plan import Plan, step_seconds
 from tolmc.simulation.trajectory import Trajectory
 from tolmc.statistics.columns import Columns
 from tolmc.statistics.outcomes import ANY_REQUIREMENT, computed_share, out_of_specification
@@ -51,6 +51,8 @@ from tolmc.tolerances.draw import sample
 LARGEST_BLOCK = 16_384
 # A multiple of the lanes that run together, so that few of them idle.
 _BLOCK_STEP = 256
+# Seconds of work in a block, at least: what handing it to a worker and writing it to the disk take.
+_LEAST_WORK = 0.02
 
 
 @dataclass(frozen=True, repr=False)
@@ -149,7 +151,7 @@ def run(
         with progress(f"{study.title}: choosing the step"):
             plan = study_plan(study)
         with crew(study.workers, cluster) as workforce:
-            block = _block_size(study.samples, workforce.size)
+            block = _block_size(study.samples, workforce.size, plan)
             if out is None:
                 return _run_in_memory(study, plan, workforce, block, began)
             most = None
@@ -239,10 +241,10 @@ def _block(study: Study, plan: Plan, start: int, count: int) -> pa.Table:
     return pa.table(columns, schema=pa.schema(fields))
 
 
-def _block_size(samples: int, workers: int) -> int:
+def _block_size(samples: int, workers: int, plan: Plan) -> int:
     """Small enough for several blocks a worker, large enough to be worth its overhead."""
-    share = -(-samples // (4 * workers * _BLOCK_STEP)) * _BLOCK_STEP
-    return min(share, LARGEST_BLOCK)
+    share = max(-(-samples // (4 * workers)), int(_LEAST_WORK / (step_seconds(plan.features) * plan.steps)))
+    return min(-(-share // _BLOCK_STEP) * _BLOCK_STEP, LARGEST_BLOCK)
 
 
 class _InMemory:
@@ -336,7 +338,8 @@ def _compute_blocks(directory: RunDirectory, study: Study, plan: Plan, workforce
         for start, count in blocks:
             if start in missing:
                 table = next(computed)
-                directory.write_block(start, table)
+                if len(blocks) > 1:  # else samples.parquet has it at once
+                    directory.write_block(start, table)
                 yield table
             else:
                 yield directory.read_block(start, count)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy import optimize, special
+from scipy import special
 
 from tolmc.statistics.intervals import Estimate, normal_quantile
 from tolmc.statistics.order_statistics import OrderStatistics
@@ -18,13 +18,14 @@ from tolmc.statistics.rows import Rows
 @lru_cache(maxsize=4096)
 def _fractional_rank(count: float, level: float, probability: float) -> float:
     """The r in (0, n + 1) with P(X_(r) <= quantile) = I_level(r, n + 1 - r) = probability (Hutson 1999)."""
-    edge = 1e-9
-    return optimize.brentq(
-        lambda r: special.betainc(r, count + 1 - r, level) - probability,
-        edge,
-        count + 1 - edge,
-        xtol=1e-9 * count,
-    )
+    low, high = 0.0, count + 1.0
+    while high - low > 1e-9 * count:
+        middle = 0.5 * (low + high)
+        # The larger the rank, the less probably its order statistic lies below the quantile.
+        low, high = (
+            (middle, high) if special.betainc(middle, count + 1 - middle, level) > probability else (low, middle)
+        )
+    return 0.5 * (low + high)
 
 
 @dataclass(frozen=True, eq=False)

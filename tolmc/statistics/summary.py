@@ -27,8 +27,6 @@ from tolmc.statistics.outcomes import (
 from tolmc.statistics.rows import Rows
 
 QUANTILES = {"q0.135": 0.00135, "q5": 0.05, "q50": 0.5, "q95": 0.95, "q99.865": 0.99865}
-#: Samples whose ranks are correlated: they give a correlation to +-0.01, and ranks of a million cost a second.
-RANKED = 20_000
 NOTHING = Estimate(np.nan, np.nan, np.nan)
 
 
@@ -168,14 +166,6 @@ def summarise_requirements(
         }
     frame = pd.DataFrame.from_dict(table, orient="index").rename_axis("requirement")
     return frame.astype({"minimum": float, "maximum": float})
-
-
-def rank_correlations(samples: pd.DataFrame, inputs: list[str], outputs: list[str]) -> pd.DataFrame:
-    """Spearman's rank correlation of every output (rows) with every input (columns).
-
-    Over the first :data:`RANKED` samples that have both; NaN where one of them does not vary.
-    """
-    return samples[inputs + outputs].iloc[:RANKED].corr(method="spearman").loc[outputs, inputs]
 
 
 def error_budget(summary: pd.DataFrame) -> pd.DataFrame:

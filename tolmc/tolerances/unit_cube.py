@@ -10,7 +10,9 @@ from functools import lru_cache
 from operator import index
 
 import numpy as np
-import scipy  # scipy.stats, half a second, is loaded when points are first asked for
+import scipy  # scipy.stats, half a second, is loaded when a Latin hypercube is first asked for
+
+from tolmc.tolerances.scrambled_sobol import BITS, scrambled
 
 SAMPLINGS = ("random", "latin_hypercube", "sobol")
 
@@ -19,9 +21,6 @@ SCRAMBLINGS = 16
 
 # Streams of one seed.
 _RANDOM, _LATIN, _SOBOL, _LOTS = range(4)
-
-# The widest words that scipy's Sobol.fast_forward takes (scipy 1.17 fails above).
-_BITS = 32
 
 _LARGEST = 1.0 - 2.0**-53
 
@@ -145,31 +144,20 @@ def _sobol_points(columns: int, count: int, start: int, seed: int) -> np.ndarray
     words = low[gray % len(low)] ^ high[gray // len(low)]
     offset = start % SCRAMBLINGS
     # The middle of a cell of 2^-32 is exact and never 0 or 1.
-    return (words.reshape(-1, columns)[offset : offset + count] + 0.5) * 2.0**-_BITS
+    return (words.reshape(-1, columns)[offset : offset + count] + 0.5) * 2.0**-BITS
 
 
 @lru_cache(maxsize=4)
 def _sobol_tables(columns: int, bits: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Sums over the low bits (with the shift) and over the high bits, each (rows, SCRAMBLINGS, columns)."""
-    scramblings = [_direction_numbers(columns, bits, _seed(seed, _SOBOL, k)) for k in range(SCRAMBLINGS)]
-    shift, *directions = np.stack(scramblings, axis=1)
+    rngs = (np.random.default_rng(_seed(seed, _SOBOL, k)) for k in range(SCRAMBLINGS))
+    shifts, numbers = zip(*(scrambled(columns, rng) for rng in rngs), strict=True)
+    shift, directions = np.array(shifts), np.stack(numbers, axis=1)[:bits]
     half = bits // 2
     return _sums(shift, directions[:half]), _sums(np.zeros_like(shift), directions[half:])
 
 
-def _direction_numbers(columns: int, bits: int, seed: np.random.SeedSequence) -> np.ndarray:
-    """Shift and scrambled direction numbers, (1 + bits, columns): the points with one bit in Gray code."""
-    engine = scipy.stats.qmc.Sobol(columns, bits=_BITS, rng=np.random.default_rng(seed))
-    points = [engine.random(1)[0]]
-    for bit in range(bits):
-        engine.fast_forward(2 ** (bit + 1) - 1 - engine.num_generated)
-        points.append(engine.random(1)[0])
-    words = (np.array(points) * 2.0**_BITS).astype(np.uint32)
-    words[1:] ^= words[0]
-    return words
-
-
-def _sums(first: np.ndarray, directions: list[np.ndarray]) -> np.ndarray:
+def _sums(first: np.ndarray, directions: np.ndarray) -> np.ndarray:
     table = first[None]
     for direction in directions:
         table = np.concatenate([table, table ^ direction])
