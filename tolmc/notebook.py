@@ -14,6 +14,7 @@ from tolmc.pictures import DISTRIBUTIONS, plots
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.run import StudyResult
 from tolmc.simulation.trajectory import Trajectory
+from tolmc.statistics.drivers import drivers_of
 from tolmc.study.study import Study
 from tolmc.tables.motion import extremes_table
 from tolmc.tables.page import page
@@ -97,7 +98,7 @@ def _(result: StudyResult) -> dict[str, Callable[[], Figure]]:
         names = study.tolerances.shown_names
         varied = [dimension.name for dimension in study.tolerances.varied]
         first = samples[[*varied, *outputs]].iloc[:_RANKED].rename(columns=names)
-        return plots.draw_drivers(first, [names[name] for name in varied], title=study.title)
+        return plots.draw_drivers(drivers_of(first, [names[name] for name in varied]), title=study.title)
 
     return {"distributions": distributions, "drivers": drivers, **pictures(study)}
 

@@ -12,7 +12,7 @@ from tolmc.pictures import DISTRIBUTIONS, plots
 from tolmc.quantities import SCALARS
 from tolmc.runs.nominal import study_motion
 from tolmc.runs.run import run
-from tolmc.statistics.rank_correlations import rank_correlations
+from tolmc.statistics.drivers import drivers_of, rank_correlations
 from tolmc.study.file import load_study
 
 
@@ -90,11 +90,12 @@ def test_any_values_can_be_drawn(values):
     frame = pd.DataFrame({"tilt_angle": np.array(values, float)})
     words(distributions(frame, nominal={"tilt_angle": 0.3}, specification={"tilt_angle": {"max": 0.4}}))
     frame["bearing_radius"] = np.arange(len(values), dtype=float)
-    words(plots.draw_drivers(frame, ["bearing_radius"], title="$_{"))
+    words(plots.draw_drivers(drivers_of(frame, ["bearing_radius"]), title="$_{"))
 
 
 def test_drivers_name_the_strongest_input(result):
-    figure = plots.draw_drivers(result.samples, ["bearing_radius", "journal_radius", "half_length"], title="A study")
+    drivers = drivers_of(result.samples, ["bearing_radius", "journal_radius", "half_length"])
+    figure = plots.draw_drivers(drivers, title="A study")
     texts = words(figure)
     assert_nothing_is_cut_off(figure)
     correlations = rank_correlations(
@@ -112,7 +113,7 @@ def test_drivers_of_few_or_many_inputs_fit(result, count):
     names = [name for name in SCALARS if name not in result.samples][:count]
     noise = np.random.default_rng(3).normal(size=(len(result.samples), count))
     samples = pd.concat([result.samples, pd.DataFrame(noise, columns=names)], axis=1)
-    assert_nothing_is_cut_off(plots.draw_drivers(samples, names, title="A study"))
+    assert_nothing_is_cut_off(plots.draw_drivers(drivers_of(samples, names), title="A study"))
 
 
 def test_rank_correlation_is_that_of_spearman():
@@ -125,7 +126,9 @@ def test_rank_correlation_is_that_of_spearman():
 
 
 def test_drivers_without_any(result):
-    assert any("no dimension" in text for text in words(plots.draw_drivers(result.samples, [], title="A study")))
+    assert any(
+        "no dimension" in text for text in words(plots.draw_drivers(drivers_of(result.samples, []), title="A study"))
+    )
 
 
 def test_trajectory_shows_traces_forces_and_angles(tmp_path):

@@ -11,11 +11,10 @@ from contextlib import contextmanager
 from functools import cache
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
-import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, fontManager
@@ -25,8 +24,10 @@ from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 from tolmc import quantities
 from tolmc.errors import InputError
 from tolmc.mechanism.scene import Scene
-from tolmc.pictures import DISTRIBUTIONS
-from tolmc.statistics.rank_correlations import RANKED, rank_correlations
+from tolmc.statistics.drivers import Drivers, Strongest
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 BLUE, ORANGE, RED, GREY = "#0072B2", "#E69F00", "#D55E00", "#666666"
 _COLOUR = {"D": BLUE, "E": ORANGE}
@@ -36,7 +37,7 @@ _STYLE: dict[Any, Any] = {
     "grid.color": "#e4e4e4", "grid.linewidth": 0.8, "legend.frameon": False,
 }  # fmt: skip
 
-_POINTS = 2_000
+_SEEN = 20_000  # values that say how far a histogram must reach
 _UPRIGHT = 4  # names of so many inputs stand beside each other
 
 
@@ -169,7 +170,7 @@ def _draw_distribution(axis, values: np.ndarray, name: str, nominal: float | Non
 
 def _span(values: np.ndarray, marks: list[float]) -> tuple[float, float]:
     """Range of a histogram: the data without a far tail, and the marks that lie near it."""
-    low, centre, high = np.quantile(values[:RANKED], [0.0005, 0.5, 0.9995])
+    low, centre, high = np.quantile(values[:_SEEN], [0.0005, 0.5, 0.9995])
     low = min(max(values.min(), 2.5 * low - 1.5 * centre), centre)
     high = max(min(values.max(), 2.5 * high - 1.5 * centre), centre)
     width = high - low
@@ -196,59 +197,47 @@ def _mark(axis, value: float, text: str, colour: str, style: str, height: float)
     )  # fmt: skip
 
 
-def draw_drivers(samples: pd.DataFrame, inputs: list[str], *, title: str) -> Figure:
+def draw_drivers(drivers: Drivers, *, title: str) -> Figure:
     """Which input drives which output: rank correlations, and the strongest driver of both force maxima."""
-    outputs = quantities.responses_among(samples)
-    outputs = [name for name in outputs if _varies(samples[name])]
-    inputs = [name for name in inputs if _varies(samples[name])]
-    below = 0.62 if len(inputs) <= _UPRIGHT else 1.15  # inches for the names of the inputs
-    height = max(4.8, 1.3 + below + 0.36 * len(outputs))
+    below = 0.62 if len(drivers.inputs) <= _UPRIGHT else 1.15  # inches for the names of the inputs
+    height = max(4.8, 1.3 + below + 0.36 * len(drivers.outputs))
     with styled():
         figure = Picture(figsize=(11.5, height))
         heading(figure, f"{title}: which dimension drives which output")
-        if not inputs or not outputs:
+        if not drivers.inputs:
             figure.text(0.5, 0.5, "no dimension with a tolerance moves an output", ha="center", color=GREY)
             return figure
-        correlations = rank_correlations(samples, inputs, outputs)
         grid = figure.add_gridspec(
             2, 2, width_ratios=(1.2, 1), left=0.225, right=0.97, top=1 - 0.95 / height, bottom=below / height,
             hspace=0.55, wspace=0.28,
         )  # fmt: skip
-        _draw_correlations(figure.add_subplot(grid[:, 0]), correlations)
-        shown = [name for name in DISTRIBUTIONS[2:4] if name in outputs] or outputs[:2]
-        for row, name in enumerate(shown):
-            _draw_scatter(figure.add_subplot(grid[row, 1]), samples, correlations.loc[name].abs().idxmax(), name)
+        _draw_correlations(figure.add_subplot(grid[:, 0]), drivers)
+        for row, strongest in enumerate(drivers.strongest):
+            _draw_scatter(figure.add_subplot(grid[row, 1]), strongest)
     return figure
 
 
-def _varies(column: pd.Series) -> bool:
-    values = column.to_numpy()[:RANKED]
-    values = values[np.isfinite(values)]
-    return values.size > 1 and np.ptp(values) > 1e-12 * np.abs(values).max()
-
-
-def _draw_correlations(axis, correlations: pd.DataFrame) -> None:
-    values = correlations.to_numpy()
-    axis.imshow(values, cmap="PuOr", vmin=-1, vmax=1, aspect="auto")
+def _draw_correlations(axis, drivers: Drivers) -> None:
+    axis.imshow(drivers.correlations, cmap="PuOr", vmin=-1, vmax=1, aspect="auto")
     axis.grid(False)
     axis.spines[:].set_visible(False)
     axis.set_title("Rank correlation (+ rises, − falls with the input)")
-    columns = [axis_label(name, with_unit=False) for name in correlations.columns]
+    columns = [axis_label(name, with_unit=False) for name in drivers.inputs]
     rotated = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if len(columns) > _UPRIGHT else {}
     axis.set_xticks(range(len(columns)), columns, **rotated)
-    axis.set_yticks(range(len(values)), [axis_label(name, with_unit=False) for name in correlations.index])
+    axis.set_yticks(range(len(drivers.outputs)), [axis_label(name, with_unit=False) for name in drivers.outputs])
     axis.tick_params(length=0)
     size = 9 if len(columns) <= 8 else 6
-    for (row, column), value in np.ndenumerate(values):
+    for (row, column), value in np.ndenumerate(drivers.correlations):
         colour = "white" if abs(value) > 0.6 else "black"
         text = "0" if abs(value) < 0.005 else f"{value:+.2f}".replace("-", "−")
         axis.text(column, row, text, ha="center", va="center", color=colour, fontsize=size)
 
 
-def _draw_scatter(axis, samples: pd.DataFrame, driver: str, output: str) -> None:
-    head = samples[[driver, output]].iloc[:_POINTS]
+def _draw_scatter(axis, strongest: Strongest) -> None:
+    driver, output = strongest.driver, strongest.output
     (_, x_factor), (y_unit, y_factor) = quantities.shown(driver), quantities.shown(output)
-    axis.scatter(head[driver] * x_factor, head[output] * y_factor, s=4, color=BLUE, alpha=0.5, linewidths=0)
+    axis.scatter(strongest.x * x_factor, strongest.y * y_factor, s=4, color=BLUE, alpha=0.5, linewidths=0)
     axis.set_title(axis_label(output, with_unit=False))
     axis.set_xlabel(f"strongest driver: {axis_label(driver)}")
     axis.set_ylabel(y_unit)

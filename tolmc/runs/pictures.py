@@ -16,7 +16,7 @@ from tolmc.pictures.painter import paint
 from tolmc.runs.directory import RunDirectory
 from tolmc.runs.nominal import study_motion
 from tolmc.statistics.columns import Columns
-from tolmc.statistics.rank_correlations import RANKED
+from tolmc.statistics.drivers import RANKED, drivers_of
 from tolmc.study.study import Study
 
 # What is drawn of a motion.
@@ -91,7 +91,8 @@ def draw_drivers(directory: RunDirectory, study: Study, first: pa.Table) -> None
     shown = [*varied, *quantities.outputs_among(first.column_names)]
     names = study.tolerances.shown_names
     samples = first.select(shown).to_pandas().rename(columns=names)
-    _write(directory, "drivers.png", "draw_drivers", samples, [names[name] for name in varied], title=study.title)
+    found = drivers_of(samples, [names[name] for name in varied])
+    _write(directory, "drivers.png", "draw_drivers", found, title=study.title)
 
 
 def draw_distributions(directory: RunDirectory, study: Study, nominal: Mapping[str, Any]) -> None:

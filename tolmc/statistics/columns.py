@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterator
 import pandas as pd
 import pyarrow as pa
 
+# What every statistic of failures and losses asks for, and so is kept: the status takes a byte a sample.
+_ASKED_AGAIN = ("status", "contact_loss_time")
+
 
 class Columns:
     """As much of a DataFrame as statistics need: ``len`` is the number of samples, ``[name]`` reads a column.
@@ -19,7 +22,7 @@ class Columns:
 
     def __init__(self, read: Callable[..., pa.Table]) -> None:
         self._read = read
-        self._words: dict[str, pd.Series] = {}
+        self._kept: dict[str, pd.Series] = {}
         self._names = read(rows=0).column_names
         self._rows = read(columns=[]).num_rows
 
@@ -33,11 +36,10 @@ class Columns:
         return name in self._names
 
     def __getitem__(self, name: str) -> pd.Series:
-        if name in self._words:
-            return self._words[name]
+        if name in self._kept:
+            return self._kept[name]
         pa.default_memory_pool().release_unused()  # else Arrow keeps what was read before: 30 MB of a million samples
         column = self._read(columns=[name])[name]
-        if pa.types.is_floating(column.type):
-            return pd.Series(column.to_numpy(), name=name, copy=False)  # half the time and memory of to_pandas
-        # Kept: statistics ask for the status again and again, and its codes take a byte a sample.
-        return self._words.setdefault(name, column.to_pandas())
+        is_number = pa.types.is_floating(column.type)  # to_pandas takes twice the time and memory for them
+        series = pd.Series(column.to_numpy(), name=name, copy=False) if is_number else column.to_pandas()
+        return self._kept.setdefault(name, series) if name in _ASKED_AGAIN else series

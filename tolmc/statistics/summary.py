@@ -37,7 +37,8 @@ def as_columns(name: str, estimate: Estimate) -> dict[str, float]:
 
 def _bounded_share(rows: Rows, events: np.ndarray, known: np.ndarray, method: str = "exact") -> dict[str, float]:
     """Share of ``events`` with the rows that are not known counted as none of them, and as all of them."""
-    least, most = (rows.share(counted, method=method) for counted in (events & known, events | ~known))
+    least = rows.share(events & known, method=method)
+    most = least if known.all() else rows.share(events | ~known, method=method)
     return as_columns("share_least", least) | as_columns("share_most", most)
 
 
@@ -98,7 +99,7 @@ def summarise(
 
     def summary(name: str) -> dict[str, float]:
         values = samples[name].to_numpy(float)
-        values = np.where(unusable, np.nan, values)
+        values = np.where(unusable, np.nan, values) if failures else values
         seen = Observations(values, rows)
         quantiles = seen.quantiles(list(QUANTILES.values()))
         return {
