@@ -16,6 +16,8 @@ import tolmc
 from tolmc.cli import main
 from tolmc.errors import InputError
 
+undrawn = pytest.mark.usefixtures("ready_pictures")
+
 
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path, monkeypatch):
@@ -40,6 +42,7 @@ def test_run_from_another_folder(tmp_path):
     assert "Written: runs/small-2" in again.stdout
 
 
+@undrawn
 def test_options_of_run(tmp_path):
     study = write(tmp_path, *GEOMETRY)
     invoke("run", study, "--samples", 500, "--seed", 11, "--workers", 1, "--out", "here")
@@ -51,6 +54,7 @@ def test_options_of_run(tmp_path):
     assert invoke("run", study, "--resume", "here").exit_code == 0
 
 
+@undrawn
 def test_tolerances_without_clearance_are_noted_before_the_run(tmp_path, monkeypatch):
     wide = ('nominal = "20 mm", tolerance = "0.05 mm"', 'nominal = "20 mm", tolerance = "11 mm"')
     path = write(tmp_path, wide, *GEOMETRY)
@@ -105,6 +109,7 @@ def test_simulate_shows_the_nominal_motion(tmp_path):
     assert "Written: small.png" in result.stdout
 
 
+@undrawn
 def test_replay_shows_one_sample(tmp_path):
     invoke("run", write(tmp_path), "--samples", 30, "--out", "here")
     result = invoke("replay", "here", "--sample", 29)
@@ -115,6 +120,7 @@ def test_replay_shows_one_sample(tmp_path):
     assert invoke("replay", "here", "--sample", 30).exit_code == 2
 
 
+@undrawn
 @pytest.mark.slow
 def test_answers_and_report_of_more_dimensions_than_have_corners(tmp_path):
     names = ("mass", "alpha", "beta", "spin", "alpha_rate", "beta_rate", "spin_rate", *(f"gravity_{c}" for c in "xyz"))
@@ -129,6 +135,7 @@ def test_answers_and_report_of_more_dimensions_than_have_corners(tmp_path):
     assert invoke("report", "here").exit_code == 0 and os.path.exists("here/report.html")
 
 
+@undrawn
 def test_titles_and_folders_may_hold_any_characters(tmp_path):
     path = write(tmp_path, ("A small study", "50 [bold] $x_{$ ψ \\\\n [/]"), *GEOMETRY)
     result = invoke("run", path, "--samples", 100, "--out", "[red] $y")
@@ -185,6 +192,7 @@ def test_the_studies_of_the_repository_run(path):
     assert (samples["status"] == "ok").mean() > 0.9
 
 
+@undrawn
 def test_run_as_json_and_in_brief(tmp_path):
     path = write(tmp_path, *GEOMETRY)
     shown = invoke("run", path, "--samples", 200, "--json")

@@ -23,6 +23,8 @@ from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.run import run
 from tolmc.terminal import failures
 
+undrawn = pytest.mark.usefixtures("ready_pictures")
+
 
 @pytest.fixture
 def study(tmp_path):
@@ -44,6 +46,7 @@ def tolmc_run(study, *, shell="", **environment):
 # Streams
 
 
+@undrawn
 @pytest.mark.parametrize("encoding", ["cp1252", "ascii", "latin-1", "cp437", "shift_jis", "utf-8"])
 def test_any_encoding_of_the_output_will_do(study, tmp_path, encoding):
     arguments = ["run", str(study), "--samples", "200", "--out", str(tmp_path / "run")]
@@ -74,6 +77,7 @@ def test_a_reader_that_ends_early_sees_no_traceback(study):
     assert result.stderr == b"" and (study.parent / "run" / "summary.csv").exists()
 
 
+@undrawn
 @pytest.mark.parametrize("stream", ["none", "closed"])
 def test_a_run_without_standard_error(study, monkeypatch, tmp_path, stream):
     closed = (tmp_path / "stderr").open("w")
@@ -157,6 +161,7 @@ def test_titles_in_any_script_are_drawn_without_a_warning(title, tmp_path):
 UNFLUSHED = [errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EBADF, errno.EPERM, errno.EACCES]
 
 
+@undrawn
 @pytest.mark.parametrize("number", UNFLUSHED)
 def test_a_filesystem_that_cannot_flush_will_do(study, tmp_path, monkeypatch, number):
     def refuse(_):
@@ -167,6 +172,7 @@ def test_a_filesystem_that_cannot_flush_will_do(study, tmp_path, monkeypatch, nu
     assert (tmp_path / "run" / "summary.csv").exists()
 
 
+@undrawn
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EIO, errno.EDQUOT])
 def test_a_flush_that_fails_is_told_with_its_place(study, tmp_path, monkeypatch, number):
     def fail(_):
@@ -178,6 +184,7 @@ def test_a_flush_that_fails_is_told_with_its_place(study, tmp_path, monkeypatch,
     assert result.stderr.startswith(f"Error: {tmp_path / 'run' / 'study.toml'}: {os.strerror(number)}. ")
 
 
+@undrawn
 @pytest.mark.skipif(os.name == "nt", reason="flock")
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL, errno.EPERM])
 def test_a_filesystem_without_locks_will_do(study, tmp_path, monkeypatch, number):

@@ -13,6 +13,8 @@ from tolmc.statistics.outcomes import CONTACT_LOSS, ENOUGH_COMPUTED, computed_sh
 from tolmc.statistics.summary import count_statuses, summarise_requirements
 from tolmc.text import phrases
 
+pytestmark = pytest.mark.usefixtures("ready_pictures")
+
 #: Half of the bores are smaller than their journals.
 CLASHING = (
     ('bearing_radius = { nominal = "20 mm", tolerance = "0.05 mm" }',

@@ -29,6 +29,8 @@ from tolmc.statistics.rows import Rows
 from tolmc.study.study import Study
 from tolmc.tolerances.draw import from_unit, unit_points
 
+pytestmark = pytest.mark.usefixtures("ready_pictures")
+
 HINGE = Path(explored.__file__).parents[1] / "study" / "examples" / "hinge.toml"
 
 

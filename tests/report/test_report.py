@@ -6,6 +6,7 @@ import io
 import json
 import math
 import re
+import shutil
 import tomllib
 from html.parser import HTMLParser
 from itertools import pairwise
@@ -40,6 +41,8 @@ from tolmc.statistics.outcomes import ANY_REQUIREMENT, CONTACT_LOSS
 from tolmc.statistics.rows import Rows
 from tolmc.statistics.summary import summarise_requirements
 from tolmc.text import phrases, typeset
+
+pytestmark = pytest.mark.usefixtures("ready_pictures")  # but in what all tests share
 
 JOINT = STUDIES / "paper_joint.toml"
 
@@ -78,9 +81,14 @@ def directory(tmp_path_factory):
     return out
 
 
+@pytest.fixture(scope="module")
+def geometry_once(tmp_path_factory):
+    return run_study(tmp_path_factory.mktemp("geometry"), GEOMETRY)
+
+
 @pytest.fixture
-def geometry_run(tmp_path):
-    return run_study(tmp_path, GEOMETRY)
+def geometry_run(geometry_once, tmp_path):
+    return shutil.copytree(geometry_once, tmp_path / "run")
 
 
 def page_of(directory: Path) -> str:
@@ -469,35 +477,43 @@ class TestOtherRuns:
         assert int(row) == statuses.at["contact lost", "count"]  # in the table of where the failures come from
 
 
+@pytest.fixture(scope="module")
+def extended_once(geometry_once, tmp_path_factory):
+    """A run with what other commands may leave in its directory, and its worst case."""
+    directory = shutil.copytree(geometry_once, tmp_path_factory.mktemp("extended") / "run")
+    study = run_directory.read(directory).study()
+
+    def model(inputs):
+        radii = [inputs[name] for name in ("bearing_radius", "journal_radius", "half_length")]
+        return pd.DataFrame(
+            {"tilt_angle": geometry.tilt_angle(*radii), "effective_radius": geometry.effective_radius(*radii)}
+        )
+
+    outputs = ["tilt_angle", "effective_radius"]
+    summary = pd.read_csv(directory / "summary.csv").set_index("output")
+    worst = worst_case(model, study.tolerances, outputs=outputs)
+    linear = linearise(model, study.tolerances, outputs=outputs).root_sum_square()
+    answers = side_by_side(worst, linear, summary)
+    answers.to_csv(directory / "stackup.csv")
+    one_at_a_time(model, study.tolerances, outputs=outputs, points=5).to_csv(
+        directory / "one_at_a_time.csv", index=False
+    )
+    sobol_indices(model, study.tolerances, outputs=outputs, count=64).to_csv(directory / "sobol_indices.csv")
+    write_report(directory)
+    return directory, worst
+
+
 class TestFurtherTables:
     """What other commands may leave in a run directory."""
 
     @pytest.fixture
-    def extended(self, geometry_run):
-        study = run_directory.read(geometry_run).study()
+    def extended(self, extended_once, tmp_path):
+        return shutil.copytree(extended_once[0], tmp_path / "run")
 
-        def model(inputs):
-            radii = [inputs[name] for name in ("bearing_radius", "journal_radius", "half_length")]
-            return pd.DataFrame(
-                {"tilt_angle": geometry.tilt_angle(*radii), "effective_radius": geometry.effective_radius(*radii)}
-            )
-
-        outputs = ["tilt_angle", "effective_radius"]
-        summary = pd.read_csv(geometry_run / "summary.csv").set_index("output")
-        self.worst = worst_case(model, study.tolerances, outputs=outputs)
-        linear = linearise(model, study.tolerances, outputs=outputs).root_sum_square()
-        answers = side_by_side(self.worst, linear, summary)
-        answers.to_csv(geometry_run / "stackup.csv")
-        one_at_a_time(model, study.tolerances, outputs=outputs, points=5).to_csv(
-            geometry_run / "one_at_a_time.csv", index=False
-        )
-        sobol_indices(model, study.tolerances, outputs=outputs, count=64).to_csv(geometry_run / "sobol_indices.csv")
-        write_report(geometry_run)
-        return geometry_run
-
-    def test_four_answers_side_by_side(self, extended):
+    def test_four_answers_side_by_side(self, extended, extended_once):
+        _, worst = extended_once
         table = markdown_table(extended, "## Worst case, root sum square, Monte Carlo").set_index("Output")
-        low, high = np.degrees(self.worst.loc["tilt_angle", ["min", "max"]].astype(float))
+        low, high = np.degrees(worst.loc["tilt_angle", ["min", "max"]].astype(float))
         shown = [numbers_in(text)[0] for text in table["worst case"].iloc[:2]]
         assert shown == pytest.approx([low, high], abs=5e-4)
         assert list(table["limit"]) == ["lower", "upper"] * 2 and table.index[2] == "Effective radius r (mm)"

@@ -17,6 +17,8 @@ from tolmc.runs.run import resume, run
 from tolmc.simulation.plan import Plan
 from tolmc.study.file import load_study
 
+pytestmark = pytest.mark.usefixtures("ready_pictures")
+
 #: A whirl fast enough for some of the parts to leave the wall; the step is given, so that any run of it has the same.
 LOSES = (
     ('alpha_rate = "2 rad/s"', 'alpha_rate = "14 rad/s"'), ('beta_rate = "-3 rad/s"', 'beta_rate = "-12 rad/s"'),

@@ -14,24 +14,15 @@ from small_study import GEOMETRY, write
 
 from tolmc.runs import directory as run_directory
 from tolmc.runs import files
-from tolmc.runs import pictures as run_pictures
 from tolmc.runs import run as monte_carlo
 from tolmc.runs.record import FORMAT, RunDirectoryError
 from tolmc.runs.run import resume, run
 from tolmc.simulation.ensemble import simulate_many
 from tolmc.study.file import load_study
 
+pytestmark = pytest.mark.usefixtures("ready_pictures")
 SAMPLES = 2000
 WRITE_BLOCK = run_directory.RunDirectory.write_block
-
-
-@pytest.fixture(autouse=True)
-def _quick_pictures(monkeypatch):
-    # Drawing, which test_plots.py sees to, would be most of the time here.
-    for name in ("draw_motion", "draw_drivers", "draw_distributions"):
-        monkeypatch.setattr(
-            run_pictures, name, lambda directory, *rest, name=name: directory.write_text(f"{name}.txt", "drawn")
-        )
 
 
 @pytest.fixture(autouse=True)

@@ -21,6 +21,8 @@ from tolmc.study.file import load_study
 from tolmc.study.study import StudyError
 from tolmc.tolerances.draw import sample
 
+undrawn = pytest.mark.usefixtures("ready_pictures")
+
 SAMPLINGS = ("random", "latin_hypercube", "sobol")
 
 
@@ -133,6 +135,7 @@ def test_the_inertia_follows_mass_and_centre_unless_given_about_o(tmp_path, body
     assert not any(name.startswith("inertia") for name in samples)
 
 
+@undrawn
 def test_replay_of_a_sample_with_its_own_mass(tmp_path):
     cylinder = (INERTIA_ABOUT_O, 'solid_cylinder = { radius = "20 mm", length = "60 mm" }')
     run(write(tmp_path, MASS, cylinder), samples=40, out=tmp_path / "run")
@@ -199,6 +202,7 @@ def test_nothing_is_written_when_the_study_cannot_be_used(tmp_path):
     assert not out.exists()
 
 
+@undrawn
 def test_a_run_never_overwrites(tmp_path):
     study, out = write(tmp_path, *GEOMETRY), tmp_path / "run"
     run(study, out=out)
@@ -224,6 +228,7 @@ def test_default_directory_is_a_new_one(tmp_path, monkeypatch):
     assert str(default_directory("paper.toml").claim()) == "runs/paper-3"
 
 
+@undrawn
 def test_replay_repeats_a_sample(tmp_path):
     out = tmp_path / "run"
     result = run(write(tmp_path), samples=600, out=out)
@@ -238,6 +243,7 @@ def test_replay_repeats_a_sample(tmp_path):
         replay(out, 600)
 
 
+@undrawn
 def test_replay_of_a_sample_without_a_motion(tmp_path):
     wide = ('nominal = "10 mm", tolerance = ["-0.03 mm", "0 mm"]', 'nominal = "19.95 mm", tolerance = "0.1 mm"')
     out = tmp_path / "run"
@@ -261,6 +267,7 @@ def test_integration_stays_below_what_sampling_leaves(tmp_path):
     assert (forces["integration"] < 0.1 * forces[["mean", "sd", "q50"]].min(axis=1)).all()
 
 
+@undrawn
 def test_a_run_of_geometry_with_a_body_of_any_shape_is_written(tmp_path):
     products = "inertia = [[4.08e-4, 0, 1e-6], [0, 4.08e-4, 0], [1e-6, 0, 1.2e-4]]"
     study = load_study(write(tmp_path, *GEOMETRY, ("inertia = [4.08e-4, 4.08e-4, 1.2e-4]", products)))

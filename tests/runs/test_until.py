@@ -13,25 +13,17 @@ from small_study import GEOMETRY, write
 
 from tolmc.cli import main
 from tolmc.runs import directory as run_directory
-from tolmc.runs import pictures as run_pictures
 from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.run import resume, run
 from tolmc.statistics.observations import Observations
 from tolmc.statistics.rows import Rows
 from tolmc.study.file import load_study
 
+pytestmark = pytest.mark.usefixtures("ready_pictures")
 LARGEST = 10_000
 # 1024, 2048, 4096, 8192 and 10000 samples, each at the level 1 - 0.05/5.
 LOOK = 0.99
 YIELD = 'statistic = "yield", width = 0.03'
-
-
-@pytest.fixture(autouse=True)
-def _quick_pictures(monkeypatch):
-    for name in ("draw_motion", "draw_drivers", "draw_distributions"):
-        monkeypatch.setattr(
-            run_pictures, name, lambda directory, *rest, name=name: directory.write_text(f"{name}.txt", "drawn")
-        )
 
 
 def file(folder, until, *changes, sampling="random"):
