@@ -50,6 +50,10 @@ LOADED = Scene(
 )  # fmt: skip
 
 
+#: Too little to change a digit, by the equations that motions under load are compiled with.
+NEXT_TO_NO_LOAD = Loads((1e-300, 0, 0))
+
+
 def dimensions(scene: Scene) -> dict[str, float]:
     """The three dimensions of a scene, as ``simulate_many`` takes them."""
     return {name: scene.scalars[name] for name in DIMENSIONS}

@@ -50,11 +50,13 @@ def every_kernel(*chosen):
     )
 
 
-def integrated(name, raw, steps, duration, *, method="rk8", forces=True, momentum=False, project_energy=False):
+def integrated(
+    name, raw, steps, duration, *, method="rk8", load=True, forces=True, momentum=False, project_energy=False
+):  # fmt: skip
     """Results of every column of ``raw``."""
     n = raw.shape[1]
     out = np.full((R.RESULTS, n), np.nan)
-    kernel = engine.build(name, method, load=True, forces=forces)
+    kernel = engine.build(name, method, load=load, forces=forces)
     kernel(np.ascontiguousarray(raw), steps, duration, R.CONTINUE, project_energy, momentum, out)
     return out
 
@@ -125,6 +127,15 @@ def test_energy_and_drift(name, method, forces):
     projected = integrated(name, raw, steps, 0.1, method=method, forces=forces, project_energy=True)[:, 0]
     assert projected[R.ENERGY_ERROR] < 1e-12
     assert 0 <= projected[R.ENERGY_CORRECTION] < 1e-6
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name == "slope_axial" else pytest.mark.nightly) for name in FORMULATIONS]
+)
+def test_no_load_is_a_load_of_nothing(name):
+    raw, _ = pack(replace(SCENES[name], loads=Loads()).scalars, 1)
+    without, with_nothing = (integrated(name, raw, 3, 0.03, load=load) for load in (False, True))
+    np.testing.assert_allclose(without, with_nothing, rtol=1e-11, atol=1e-14)
 
 
 @every_formulation

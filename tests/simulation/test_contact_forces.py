@@ -14,6 +14,7 @@ from scenes import (
     DIMENSIONS,
     FORCES,
     LOADED,
+    NEXT_TO_NO_LOAD,
     PAPER_JOINT,
     REFERENCES,
     START,
@@ -247,10 +248,13 @@ def test_a_vertical_shaft_leans_against_both_ends():
     assert result.tilt_max == pytest.approx(psi, rel=1e-9)
 
 
-def test_steady_precession_at_maximum_tilt():
+@pytest.mark.parametrize(
+    "loads", [NEXT_TO_NO_LOAD, pytest.param(Loads(), marks=pytest.mark.nightly)], ids=["next to no load", "no load"]
+)
+def test_steady_precession_at_maximum_tilt(loads):
     """2 N L/cos(psi) = nu (A nu cos(psi) - C Omega) sin(psi): the couple turns the angular momentum at the rate nu."""
     body, nu, spin = Body(0.5, (0, 0, 0), (4e-4, 4e-4, 1.2e-4)), 30.0, -40.0
-    scene = Scene(PAPER_JOINT, body, Loads(), Motion(0.3, 0.3 + np.pi, nu, nu, 0, spin), 0.05)
+    scene = Scene(PAPER_JOINT, body, loads, Motion(0.3, 0.3 + np.pi, nu, nu, 0, spin), 0.05)
     psi, L = PAPER_JOINT.tilt_angle, PAPER_JOINT.half_length
     force = nu * (4e-4 * nu * np.cos(psi) - 1.2e-4 * spin) * np.sin(psi) * np.cos(psi) / (2 * L)
     for s in (scene, nearly_symmetric(scene)):

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from twins.vectors import cross
+
 
 @dataclass(frozen=True)
 class Mechanism:
@@ -81,23 +83,23 @@ def equations(mechanism: Mechanism, state: np.ndarray):
     e = R[:, 2]
     stretch = w @ w_rate / length**2
     e_rate = (np.array([*w_rate, 0]) - e * (e[:2] @ w_rate)) / length
-    omega = np.cross(e, e_rate) + spin_rate * e
+    omega = cross(e, e_rate) + spin_rate * e
     c, J = R @ k.center, R @ k.inertia @ R.T
 
     partial_v = np.zeros((5, 3))
     partial_v[0, 0] = partial_v[1, 1] = 1
     partial_omega = np.zeros((5, 3))
     for j in range(2):
-        partial_omega[2 + j] = np.cross(e, np.eye(3)[j] - e[j] * e) / length
+        partial_omega[2 + j] = cross(e, np.eye(3)[j] - e[j] * e) / length
     partial_omega[4] = e
 
-    omega_rate = np.cross(e, -2 * stretch * e_rate - e * (e_rate @ e_rate)) + spin_rate * e_rate
-    a_C = np.cross(omega_rate, c) + np.cross(omega, np.cross(omega, c))
+    omega_rate = cross(e, -2 * stretch * e_rate - e * (e_rate @ e_rate)) + spin_rate * e_rate
+    a_C = cross(omega_rate, c) + cross(omega, cross(omega, c))
     force = k.mass * k.gravity + k.force
-    moment = np.cross(c, k.mass * k.gravity) + np.cross(R @ k.force_point, k.force) + k.torque
-    coupling = k.mass * partial_v @ np.cross(partial_omega, c).T
+    moment = cross(c, k.mass * k.gravity) + cross(R @ k.force_point, k.force) + k.torque
+    coupling = k.mass * partial_v @ cross(partial_omega.T, c)
     M = k.mass * partial_v @ partial_v.T + coupling + coupling.T + partial_omega @ J @ partial_omega.T
-    bias = partial_v @ (k.mass * a_C) + partial_omega @ (J @ omega_rate + np.cross(omega, J @ omega))
+    bias = partial_v @ (k.mass * a_C) + partial_omega @ (J @ omega_rate + cross(omega, J @ omega))
     applied = partial_v @ force + partial_omega @ moment
 
     D, E = origin + w, origin - w
@@ -118,9 +120,9 @@ def energy(mechanism: Mechanism, state: np.ndarray) -> float:
     w, w_rate = state[2:4], state[7:9]
     e = R[:, 2]
     e_rate = (np.array([*w_rate, 0]) - e * (e[:2] @ w_rate)) / np.sqrt(w @ w + k.L**2)
-    omega = np.cross(e, e_rate) + state[9] * e
+    omega = cross(e, e_rate) + state[9] * e
     origin, v = np.array([*state[:2], 0]), np.array([*state[5:7], 0])
-    kinetic = k.mass * (v @ v / 2 + v @ np.cross(omega, R @ k.center))
+    kinetic = k.mass * (v @ v / 2 + v @ cross(omega, R @ k.center))
     kinetic += omega @ R @ k.inertia @ R.T @ omega / 2
     return kinetic - k.mass * k.gravity @ (origin + R @ k.center) - k.force @ (origin + R @ k.force_point)
 
