@@ -34,6 +34,11 @@ def row_of(scene, **options):
     return pd.concat([statistics, end[list(END_OUTPUTS)]])
 
 
+def some_of(scene, outputs, **options):
+    """These outputs of one motion, integrated once."""
+    return tolmc.simulate_many(scene, **dimensions(scene), outputs=list(outputs), **options).iloc[0]
+
+
 def bore(scene, n, seed=0):
     """Bearing radii of ``n`` samples that differ by a twentieth of the clearance."""
     joint = scene.joint

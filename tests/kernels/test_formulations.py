@@ -5,6 +5,7 @@ The cases are small, so that they also run without compilation (``NUMBA_DISABLE_
 
 from dataclasses import replace
 
+import numba as nb
 import numpy as np
 import pytest
 from scenes import LOADED, PAPER_JOINT, SYMMETRIC
@@ -118,13 +119,13 @@ def test_order(name, method, order, allowed):
 def test_energy_and_drift(name, method, forces):
     """The balance of energy within the method's error, over three times as long no more than ten times that; none projected."""
     raw, _ = pack(SCENES[name].scalars, 1)
-    steps = {"rk8": 10, "rk4": 60}[method]
-    short = integrated(name, raw, steps, 0.1, method=method, forces=forces)[:, 0]
-    long = integrated(name, raw, 3 * steps, 0.3, method=method, forces=forces)[:, 0]
+    steps, duration = {"rk8": (10, 0.1), "rk4": (20, 0.1 / 3) if nb.config.DISABLE_JIT else (60, 0.1)}[method]
+    short = integrated(name, raw, steps, duration, method=method, forces=forces)[:, 0]
+    long = integrated(name, raw, 3 * steps, 3 * duration, method=method, forces=forces)[:, 0]
     assert short[R.ENERGY_ERROR] < 1e-6
     assert long[R.ENERGY_ERROR] < 1e-5
     assert max(short[R.CONSTRAINT_ERROR], long[R.CONSTRAINT_ERROR]) < 1e-12
-    projected = integrated(name, raw, steps, 0.1, method=method, forces=forces, project_energy=True)[:, 0]
+    projected = integrated(name, raw, steps, duration, method=method, forces=forces, project_energy=True)[:, 0]
     assert projected[R.ENERGY_ERROR] < 1e-12
     assert 0 <= projected[R.ENERGY_CORRECTION] < 1e-6
 
@@ -176,4 +177,4 @@ def test_a_lane_does_not_see_its_neighbours(name, method, forces):
 
 @pytest.mark.slow
 def test_the_formulations_run_without_compilation():
-    run_uncompiled(__file__, "-k", "not without and not (energy and drift and rk8)")  # those are compiled
+    run_uncompiled(__file__, "-k", "not without and not order and not (drift and rk8)")  # those are compiled

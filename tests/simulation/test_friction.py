@@ -6,9 +6,8 @@ from dataclasses import replace
 import numba as nb
 import numpy as np
 import pytest
-from one_sided_rows import CASES, bore, row_of, scene_of
+from one_sided_rows import CASES, bore, row_of, scene_of, some_of
 from scenes import PAPER_JOINT, SYMMETRIC, UNBALANCED, dimensions
-from uncompiled import run_uncompiled
 
 import tolmc
 
@@ -146,7 +145,7 @@ def test_rolling_without_slip_stays(section, tilted, ratio):
         pytest.param("circle", SYMMETRIC.body, id="circle-symmetric"),
         pytest.param("circle", UNBALANCED, id="circle-general"),
         pytest.param("exact", SYMMETRIC.body, id="exact-symmetric"),
-        # The longest to compile of all kernels, and of no other test.
+        # The longest to compile of all kernels, and of no other test: test_uncompiled.py has it.
         pytest.param("exact", UNBALANCED, id="exact-general", marks=pytest.mark.nightly),
     ],
 )
@@ -156,7 +155,9 @@ def test_energy_is_balanced_and_the_order_is_eight(section, body, drive):
     joint = replace(PAPER_JOINT, section=section, friction=0.1, slip_speed=0.1, restitution=0.5)
     scene = tolmc.Scene(joint, body, tolmc.Loads((0, -9.81, 0), drive=drive), motion, 0.1)
     names = ["origin_x_end", "origin_y_end", "axis_x_end", "axis_y_end", "friction_work", "spin_end"]
-    rows = [row_of(scene, step=scene.duration / steps) for steps in (6, 12, 32 if nb.config.DISABLE_JIT else 320)]
+    outputs = [*names, "impacts_D", "energy_error", "constraint_error"]
+    steps = 6, 12, 32 if nb.config.DISABLE_JIT else 320
+    rows = [some_of(scene, outputs, step=scene.duration / n) for n in steps]
     assert all(row.status == "ok" and row.impacts_D == 0 for row in rows)
     ends = [np.array([row[name] for name in names]) / np.abs([rows[-1][name] for name in names]) for row in rows]
     coarse, fine = (np.abs(end - ends[-1]).max() for end in ends[:2])
@@ -165,11 +166,6 @@ def test_energy_is_balanced_and_the_order_is_eight(section, body, drive):
     assert rows[-1].constraint_error < 1e-12
     if drive != "free":
         assert rows[-1].spin_end == 30.0
-
-
-@pytest.mark.slow
-def test_friction_on_any_body_in_the_exact_section_runs_without_compilation():
-    run_uncompiled(__file__, "-k", "order_is_eight and exact-general")
 
 
 def test_a_held_spin_is_that_of_a_body_with_a_large_inertia():

@@ -6,11 +6,10 @@ from dataclasses import replace
 import numba as nb
 import numpy as np
 import pytest
-from one_sided_rows import row_of
+from one_sided_rows import row_of, some_of
 from scenes import PAPER_JOINT, SYMMETRIC, UNBALANCED, dimensions
 from small_study import write
 from twins.newton_euler import SlidingBody
-from uncompiled import run_uncompiled
 
 import tolmc
 
@@ -132,7 +131,7 @@ def test_axes_that_turn_with_the_body_are_fixed_ones_that_swing_at_its_speed():
         pytest.param("symmetric body, drive", "exact", marks=pytest.mark.slow),
         ("general body, drive and loads", "circle"),
         ("general body, loads", "circle"),
-        # The only motions of this kernel, which takes half a minute to compile.
+        # The only motions of this kernel, which takes long to compile: test_uncompiled.py has it.
         pytest.param("general body, drive and loads", "exact", marks=pytest.mark.nightly),
         pytest.param("general body, loads", "exact", marks=pytest.mark.nightly),
     ],
@@ -144,9 +143,11 @@ def test_energy_is_balanced_and_the_order_is_eight(what, section):
         loads = replace(loads, drive=tolmc.Oscillation(0.5, 3.0, 0.3))
     joint = replace(ROUGH, section=section, restitution=0.5)
     scene = tolmc.Scene(joint, body, loads, START, 0.1)
-    rows = [row_of(scene, step=scene.duration / steps) for steps in (8, 16, 48 if nb.config.DISABLE_JIT else 320)]
-    assert all(row.status == "ok" and row.impacts_D == 0 for row in rows)
     names = [*ENDS[: 4 if "drive" in what else 5], "friction_work"]
+    outputs = [*names, "impacts_D", "energy_error", "constraint_error"]
+    steps = 8, 16, 48 if nb.config.DISABLE_JIT else 320
+    rows = [some_of(scene, outputs, step=scene.duration / n) for n in steps]
+    assert all(row.status == "ok" and row.impacts_D == 0 for row in rows)
     ends = [np.array([row[name] for name in names]) / np.abs([rows[-1][name] for name in names]) for row in rows]
     coarse, fine = (np.abs(end - ends[-1]).max() for end in ends[:2])
     assert math.log2(coarse / fine) > 7.3
@@ -154,11 +155,6 @@ def test_energy_is_balanced_and_the_order_is_eight(what, section):
     assert rows[-1].constraint_error < 1e-12
     if not nb.config.DISABLE_JIT:
         assert row_of(scene).energy_error < 1e-9
-
-
-@pytest.mark.slow
-def test_what_swings_on_any_body_in_the_exact_section_runs_without_compilation():
-    run_uncompiled(__file__, "-k", "order_is_eight and drive and loads and exact")
 
 
 @pytest.mark.parametrize(
