@@ -57,14 +57,6 @@ def test_any_encoding_of_the_output_will_do(study, tmp_path, encoding):
 
 
 @pytest.mark.slow
-def test_the_encoding_that_a_process_is_given_will_do(study):
-    result = tolmc_run(study, PYTHONIOENCODING="cp437")
-    assert (result.returncode, result.stderr) == (0, b"")
-    shown = result.stdout.decode("cp437")
-    assert "Tilt angle" in shown and "?" not in shown
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("shell", ["2>&-", ">&-", ">&- 2>&- <&-", "2>/dev/full"])
 def test_closed_streams_cost_no_run(study, shell):
     assert tolmc_run(study, shell=shell).returncode == 0
@@ -96,6 +88,14 @@ def test_signs_that_an_encoding_lacks_are_spelled():
 # Matplotlib
 
 
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """A run with the pictures that it has where the user has set nothing."""
+    folder = tmp_path_factory.mktemp("plain")
+    run(write(folder, *GEOMETRY), samples=100, out=folder / "run")
+    return folder / "run"
+
+
 @pytest.mark.parametrize(
     "settings",
     [
@@ -106,30 +106,31 @@ def test_signs_that_an_encoding_lacks_are_spelled():
         {"axes.formatter.use_locale": True, "axes.unicode_minus": False, "text.parse_math": False},
     ],
 )
-def test_pictures_are_the_same_whatever_the_user_has_set(study, tmp_path, settings):
-    run(study, samples=100, out=tmp_path / "plain")
+def test_pictures_are_the_same_whatever_the_user_has_set(plain, study, tmp_path, settings):
     with mpl.rc_context(settings):
         result = run(study, samples=100, out=tmp_path / "set")
     assert result.notes == ()
     for name in ("drivers.png", "distributions.png"):
-        assert (tmp_path / "set" / name).read_bytes() == (tmp_path / "plain" / name).read_bytes()
+        assert (tmp_path / "set" / name).read_bytes() == (plain / name).read_bytes()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", ["module://matplotlib_inline.backend_inline", "TkAgg", "nonsense"])
-def test_no_backend_costs_a_run(study, backend):
-    (study.parent / "matplotlibrc").write_text("text.usetex: True\n")
-    result = tolmc_run(study, MPLBACKEND=backend)
-    assert (result.returncode, result.stderr) == (0, b"")
-    assert (study.parent / "run" / "drivers.png").exists()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("settings", ["axes.foo: bar\nnot a line\nfigure.dpi: abc\n", "font.family: Nope\n"])
-def test_what_is_wrong_with_the_users_matplotlib_is_not_told(study, tmp_path, settings):
+@pytest.mark.parametrize(
+    ("backend", "settings"),
+    [
+        ("module://matplotlib_inline.backend_inline", "text.usetex: True\n"),
+        ("TkAgg", "axes.foo: bar\nnot a line\nfigure.dpi: abc\n"),
+        ("nonsense", "font.family: Nope\n"),
+    ],
+)
+def test_what_a_process_is_given_costs_no_run(study, backend, settings):
+    """Nor is anything told of it; an encoding that lacks signs gets them spelled."""
     (study.parent / "matplotlibrc").write_text(settings)
-    result = tolmc_run(study, MPLCONFIGDIR=str(study))  # a file
+    # A file in the place of Matplotlib's folder.
+    result = tolmc_run(study, MPLBACKEND=backend, MPLCONFIGDIR=str(study), PYTHONIOENCODING="cp437")
     assert (result.returncode, result.stderr) == (0, b"")
+    shown = result.stdout.decode("cp437")
+    assert "Tilt angle" in shown and "?" not in shown
     assert (study.parent / "run" / "drivers.png").exists()
 
 

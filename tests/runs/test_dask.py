@@ -25,81 +25,47 @@ distributed = pytest.importorskip("dask.distributed")
 pytestmark = pytest.mark.slow
 
 
-def started(folder):
-    options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
-    return distributed.LocalCluster(**options, local_directory=str(folder))
-
-
-@pytest.fixture(scope="class")
+@pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
-    """One whose workers live."""
-    with started(tmp_path_factory.mktemp("dask")) as running:
+    """For all tests, those that kill its workers the last: it begins others, which takes seconds."""
+    options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": ":0"}
+    with distributed.LocalCluster(**options, local_directory=str(tmp_path_factory.mktemp("dask"))) as running:
         yield running
 
 
-@pytest.fixture
-def mortal(tmp_path):
-    """One whose workers a test may kill."""
-    with started(tmp_path / "dask") as running:
-        yield running
+def test_the_numbers_are_those_of_a_local_run(tmp_path, cluster):
+    """Of motions that leave the wall, which run through the kernels of those that do not before."""
+    hops = ("[monte_carlo]", '[contact]\nrestitution = 0.5\n[monte_carlo]\nstep = "2 ms"')
+    study = load_study(write(tmp_path, hops, ('beta = "-50 deg"', 'beta = "40 deg"'))).replaced(samples=1500)
+    result = run(study, out=tmp_path / "run", cluster=cluster.scheduler_address)
+    assert (result.samples["impacts_D"] + result.samples["impacts_E"] > 0).any()
+    assert_bitwise_equal(result.samples, run(study).samples)
+    longer = resume(tmp_path / "run", extend=500, cluster=cluster.scheduler_address)
+    assert_bitwise_equal(longer.samples, run(study.replaced(samples=2000)).samples)
 
 
-class TestWorkersThatLive:
-    def test_the_numbers_are_those_of_a_local_run(self, tmp_path, cluster):
-        """Of motions that leave the wall, which run through the kernels of those that do not before."""
-        hops = ("[monte_carlo]", '[contact]\nrestitution = 0.5\n[monte_carlo]\nstep = "2 ms"')
-        study = load_study(write(tmp_path, hops, ('beta = "-50 deg"', 'beta = "40 deg"'))).replaced(samples=1500)
-        result = run(study, out=tmp_path / "run", cluster=cluster.scheduler_address)
-        assert (result.samples["impacts_D"] + result.samples["impacts_E"] > 0).any()
-        assert_bitwise_equal(result.samples, run(study).samples)
-        longer = resume(tmp_path / "run", extend=500, cluster=cluster.scheduler_address)
-        assert_bitwise_equal(longer.samples, run(study.replaced(samples=2000)).samples)
-
-    def test_a_sequential_run_stops_where_the_local_one_does(self, tmp_path, cluster):
-        until = '[monte_carlo]\nuntil = { output = "contact_force_D_max", statistic = "sd", width = 2.5e-5 }'
-        study = load_study(write(tmp_path, ("[monte_carlo]", until)))
-        result, local = run(study, out=tmp_path / "run", cluster=cluster.scheduler_address), run(study)
-        assert result.sequential.found == local.sequential.found
-        assert 1024 < result.study.samples < 3000
-        assert_bitwise_equal(result.samples, local.samples)
-
-    def test_an_error_in_a_call_reaches_the_caller(self, cluster):
-        with crew(2, cluster.scheduler_address) as workers, pytest.raises(ArithmeticError, match="three"):
-            list(workers.map(cannot, ((value,) for value in range(100))))
-
-    def test_what_is_not_collected_is_not_computed(self, cluster, tmp_path):
-        folder = tmp_path / "computed"
-        folder.mkdir()
-        with crew(2, cluster.scheduler_address) as workers:
-            results = workers.map(note, ((folder, value) for value in range(1000)))
-            assert [next(results) for _ in range(10)] == list(range(10))
-            results.close()
-        assert 10 <= len(list(folder.iterdir())) < 20
+def test_a_sequential_run_stops_where_the_local_one_does(tmp_path, cluster):
+    until = '[monte_carlo]\nuntil = { output = "contact_force_D_max", statistic = "sd", width = 2.5e-5 }'
+    study = load_study(write(tmp_path, ("[monte_carlo]", until)))
+    result, local = run(study, out=tmp_path / "run", cluster=cluster.scheduler_address), run(study)
+    assert result.sequential.found == local.sequential.found
+    assert 1024 < result.study.samples < 3000
+    assert_bitwise_equal(result.samples, local.samples)
 
 
-def test_a_killed_worker_loses_nothing(tmp_path, mortal, monkeypatch):
-    study = load_study(write(tmp_path, ('duration = "0.1 s"', 'duration = "2 s"'))).replaced(samples=10_000)
-    monkeypatch.setattr(monte_carlo, "LARGEST_BLOCK", 256)
-    out, killed = tmp_path / "run", []
-
-    def kill_one():
-        while len(list(out.glob("blocks/0*.parquet"))) < 5:
-            time.sleep(0.01)
-        killed.append(next(iter(mortal.workers.values())).pid)
-        os.kill(killed[0], signal.SIGKILL)
-
-    assassin = threading.Thread(target=kill_one)
-    assassin.start()
-    result = run(study, out=out, cluster=mortal.scheduler_address)
-    assassin.join()
-    assert killed
-    assert_bitwise_equal(pd.read_parquet(out / "samples.parquet"), run(study).samples)
-    assert result.statuses["count"].sum() == 10_000
+def test_an_error_in_a_call_reaches_the_caller(cluster):
+    with crew(2, cluster.scheduler_address) as workers, pytest.raises(ArithmeticError, match="three"):
+        list(workers.map(cannot, ((value,) for value in range(100))))
 
 
-def test_a_block_that_kills_its_workers_ends_the_run(mortal):
-    with crew(2, mortal.scheduler_address) as workers, pytest.raises(ClusterError, match="gave a block up"):
-        list(workers.map(dies, ((value,) for value in range(6))))
+def test_what_is_not_collected_is_not_computed(cluster, tmp_path):
+    folder = tmp_path / "computed"
+    folder.mkdir()
+    with crew(2, cluster.scheduler_address) as workers:
+        results = workers.map(note, ((folder, value) for value in range(1000)))
+        assert [next(results) for _ in range(10)] == list(range(10))
+        results.close()
+    assert 10 <= len(list(folder.iterdir())) < 20
 
 
 def test_a_cluster_that_cannot_be_used_is_refused(tmp_path, monkeypatch):
@@ -109,7 +75,7 @@ def test_a_cluster_that_cannot_be_used_is_refused(tmp_path, monkeypatch):
         run(study, out=tmp_path / "run", cluster="tcp://127.0.0.1:1")
     assert not (tmp_path / "run").exists()
     with (
-        distributed.LocalCluster(n_workers=0, dashboard_address=None) as empty,
+        distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty,
         pytest.raises(ClusterError, match="no workers"),
         crew(2, empty.scheduler_address),
     ):
@@ -137,3 +103,28 @@ def test_what_is_no_address_ends_the_command_at_once(tmp_path):
     assert ended.returncode == 0 and ended.stdout.split() == ["2"] * len(ADDRESSES)
     for address, line in zip(ADDRESSES, ended.stderr.splitlines(), strict=True):
         assert line.startswith(f"Error: the Dask scheduler at {address!r} cannot be reached")
+
+
+def test_a_killed_worker_loses_nothing(tmp_path, cluster, monkeypatch):
+    study = load_study(write(tmp_path, ('duration = "0.1 s"', 'duration = "2 s"'))).replaced(samples=10_000)
+    monkeypatch.setattr(monte_carlo, "LARGEST_BLOCK", 256)
+    out, killed = tmp_path / "run", []
+
+    def kill_one():
+        while len(list(out.glob("blocks/0*.parquet"))) < 5:
+            time.sleep(0.01)
+        killed.append(next(iter(cluster.workers.values())).pid)
+        os.kill(killed[0], signal.SIGKILL)
+
+    assassin = threading.Thread(target=kill_one)
+    assassin.start()
+    result = run(study, out=out, cluster=cluster.scheduler_address)
+    assassin.join()
+    assert killed
+    assert_bitwise_equal(pd.read_parquet(out / "samples.parquet"), run(study).samples)
+    assert result.statuses["count"].sum() == 10_000
+
+
+def test_a_block_that_kills_its_workers_ends_the_run(cluster):
+    with crew(2, cluster.scheduler_address) as workers, pytest.raises(ClusterError, match="gave a block up"):
+        list(workers.map(dies, ((value,) for value in range(6))))

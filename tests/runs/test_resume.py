@@ -14,6 +14,8 @@ import pytest
 from frames import assert_bitwise_equal
 from small_study import write
 
+import tolmc
+
 RESULTS = ("samples.parquet", "summary.csv", "requirements.csv")
 
 # A second or two of work in many blocks, so that most kills fall into it.
@@ -32,7 +34,7 @@ def reference(tmp_path_factory):
     """The study, its run without a stop, and how long the command took for it."""
     folder = tmp_path_factory.mktemp("reference")
     study = write(folder, LONGER)
-    start(study, "--samples", 10, "--out", folder / "compiled").communicate()
+    tolmc.run(study, samples=10, out=folder / "compiled")
     began = time.monotonic()
     process = start(study, "--samples", SAMPLES, "--out", folder / "run")
     _, errors = process.communicate()
@@ -111,8 +113,7 @@ def test_ctrl_c_keeps_what_is_finished(reference, tmp_path):
     assert f"tolmc run --resume {out}" in errors
     kept = list(out.glob("blocks/0*.parquet"))
     assert kept
-    process = start("--resume", out)
-    assert process.communicate()[1] == "" and process.returncode == 0
+    tolmc.resume(out)
     assert_equal_to(expected, out)
 
 
@@ -132,8 +133,7 @@ def test_a_full_disk_keeps_what_is_finished(reference, tmp_path):
     assert "Traceback" not in errors and "File too large" in errors
     assert f"tolmc run --resume {out}" in errors
     assert not (out / "samples.parquet").exists()
-    process = start("--resume", out)
-    assert process.communicate()[1] == "" and process.returncode == 0
+    tolmc.resume(out)
     assert_equal_to(expected, out)
 
 
