@@ -185,7 +185,7 @@ def test_a_process_ends_with_a_message_and_code():
 @pytest.mark.slow
 @pytest.mark.parametrize("path", sorted(STUDIES.glob("*.toml")), ids=lambda path: path.stem)
 def test_the_studies_of_the_repository_run(path):
-    result = invoke("run", path, "--samples", 2000)
+    result = invoke("run", path, "--samples", 1000)
     said = [line for line in complaints(result.stderr) if not line.startswith("Note: ")]
     assert result.exit_code == 0 and not said
     samples = pd.read_parquet(f"runs/{path.stem}/samples.parquet")

@@ -9,6 +9,7 @@ from small_study import GEOMETRY, write
 
 from tolmc import cli
 from tolmc.report import answer, notes
+from tolmc.report.write import write_report
 from tolmc.statistics.outcomes import CONTACT_LOSS, ENOUGH_COMPUTED, computed_share
 from tolmc.statistics.summary import count_statuses, summarise_requirements
 from tolmc.text import phrases
@@ -134,6 +135,6 @@ def test_why_no_step_serves_is_said_on_the_terminal_in_the_record_and_in_the_rep
     assert f"Step: {said}" in ended.stdout
     briefly = CliRunner().invoke(cli.main, ["run", "--resume", str(out), "--brief"])
     assert f"Step: {said}" in briefly.stdout
-    assert CliRunner().invoke(cli.main, ["report", str(out)]).exit_code == 4
+    write_report(out)  # without the command's answers, for which it would follow thousands of chaotic motions
     page = (out / "report.md").read_text(encoding="utf-8")
     assert said in page.replace("\\", "")  # without the signs that escape Markdown's

@@ -56,8 +56,8 @@ def step_instructions(formulation, method, load, forces):
 @pytest.mark.parametrize(
     ("formulation", "method", "load", "forces"),
     [
-        ("slope_symmetric", "rk8", True, True),
         ("slope_symmetric", "rk8", True, False),
+        pytest.param("slope_symmetric", "rk8", True, True, marks=pytest.mark.slow),
         pytest.param("slope_symmetric", "rk8", False, False, marks=pytest.mark.slow),
         pytest.param("slope_axial", "rk8", True, False, marks=pytest.mark.slow),
         pytest.param("exact_symmetric", "rk8", True, False, marks=pytest.mark.slow),
