@@ -5,6 +5,7 @@ Loading Matplotlib and drawing a run's pictures take a second, as long as all el
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
 import signal
@@ -66,6 +67,7 @@ _PAINTED = b"."
 def _serve() -> None:
     """Paint what comes in, until nothing does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is for the process that began this one, which then ends it
+    gc.disable()  # for a few pictures
     from tolmc.pictures import plots
 
     with suppress(EOFError):

@@ -5,18 +5,21 @@ Pydantic checks; what it finds is put into our words: the field, its value, what
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from difflib import get_close_matches
-from itertools import islice
+from inspect import getsource
+from itertools import chain, islice, pairwise
 from reprlib import Repr
 from typing import Annotated, Any, TypeVar, cast, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
+from pydantic import BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler, ValidationError, ValidationInfo
 from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema
 
 from tolmc import quantities, units
 
@@ -26,7 +29,30 @@ _Table = TypeVar("_Table", bound="Section")
 class Section(BaseModel):
     """A table of a study file; unknown fields are refused. The text below a field says what it means."""
 
-    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        schema = handler(core_schema)
+        properties = handler.resolve_ref_schema(schema).get("properties", {})
+        for name, text in cls._texts().items():
+            properties[name]["description"] = text
+        return schema
+
+    @classmethod
+    def _texts(cls) -> dict[str, str]:
+        """The texts below the fields, which only schemas have: read with every study they take 40 ms."""
+        sections = [section for section in reversed(cls.__mro__) if issubclass(section, Section)]
+        bodies = (cast(ast.ClassDef, ast.parse(getsource(section)).body[0]).body for section in sections)
+        return {
+            field.target.id: text.value.value
+            for field, text in chain.from_iterable(map(pairwise, bodies))
+            if isinstance(field, ast.AnnAssign)
+            and isinstance(field.target, ast.Name)
+            and isinstance(text, ast.Expr)
+            and isinstance(text.value, ast.Constant)
+            and isinstance(text.value.value, str)
+        }
 
 
 class Faults(Exception):
