@@ -160,11 +160,11 @@ def run(
         raise click.UsageError("name the STUDY file to run, or a directory with --resume.")
     if as_json and (brief or compare_section):
         raise click.UsageError("--json prints everything of the run; leave --brief and --compare-section out.")
-    from tolmc.pictures.painter import painter
+    from tolmc.pictures.painters import painters
 
     shown = {"compare": compare_section, "brief": brief, "as_json": as_json}
     crew = {"workers": workers, "cluster": cluster}
-    with painter():
+    with painters():
         from tolmc.commands.run import resume_run, run_study
 
         if resume is not None:

@@ -1,4 +1,4 @@
-"""The pictures of a run, drawn in a thread beside the workers: Matplotlib takes as long as the statistics do."""
+"""The pictures of a run, drawn beside the workers: Matplotlib takes as long as the statistics do."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pyarrow as pa
 
 from tolmc import quantities
 from tolmc.pictures import DISTRIBUTIONS
-from tolmc.pictures.painter import paint
+from tolmc.pictures.painters import PAINTERS, paint
 from tolmc.runs.directory import RunDirectory
 from tolmc.runs.nominal import study_motion
 from tolmc.statistics.columns import Columns
@@ -26,8 +26,8 @@ _OF_MOTION = ("time", "origin", "axis", "contact_force", "closed", "events")
 class RunPictures:
     """nominal.png, drivers.png and distributions.png of a run, each begun as soon as what it shows is known."""
 
-    def __init__(self, directory: RunDirectory, thread: Executor) -> None:
-        self._directory, self._thread = directory, thread
+    def __init__(self, directory: RunDirectory, threads: Executor) -> None:
+        self._directory, self._threads = directory, threads
         self._pictures: dict[str, Future] = {}
         self._has_drivers = False
 
@@ -67,13 +67,13 @@ class RunPictures:
         self._begin("drivers.png", draw_drivers, study, first)
 
     def _begin(self, name: str, draw: Callable, *shown) -> None:
-        self._pictures[name] = self._thread.submit(draw, self._directory, *shown)
+        self._pictures[name] = self._threads.submit(draw, self._directory, *shown)
 
 
 @contextmanager
 def run_pictures(directory: RunDirectory) -> Iterator[RunPictures]:
     """The pictures of a run, all of them drawn when the context ends."""
-    with ThreadPoolExecutor(1) as thread:
+    with ThreadPoolExecutor(PAINTERS) as thread:
         yield RunPictures(directory, thread)
 
 
