@@ -13,6 +13,7 @@ from small_study import GEOMETRY, write
 
 from tolmc.cli import main
 from tolmc.runs import directory as run_directory
+from tolmc.runs import run as monte_carlo
 from tolmc.runs.record import RunDirectoryError
 from tolmc.runs.run import resume, run
 from tolmc.statistics.observations import Observations
@@ -97,6 +98,7 @@ class Stopped(BaseException):
 
 @pytest.mark.slow
 def test_whatever_write_is_the_last_one_the_run_ends_the_same(tmp_path, monkeypatch):
+    monkeypatch.setattr(monte_carlo, "_LEAST_WORK", 0.0)  # many blocks
     study = load_study(file(tmp_path, YIELD))
     run(study, out=tmp_path / "whole")
     names = ("samples.parquet", "summary.csv", "requirements.csv")
@@ -124,7 +126,7 @@ def test_whatever_write_is_the_last_one_the_run_ends_the_same(tmp_path, monkeypa
         assert {name: (out / name).read_bytes() for name in names} == expected
         assert json.loads((out / "run.json").read_text())["stopped_at"] == 4096
         shutil.rmtree(out)
-    assert last > 15
+    assert last >= 15
 
 
 def test_a_finished_run_gets_just_the_samples_asked_for(tmp_path):
