@@ -49,9 +49,9 @@ class RunPictures:
 
     def draw_samples(self, study: Study, nominal: dict[str, float | str]) -> None:
         """distributions.png, and drivers.png where :meth:`watch` has not seen enough samples for it."""
-        self._begin("distributions.png", draw_distributions, study, nominal)
-        if not self._has_drivers:
+        if not self._has_drivers:  # the longest to draw
             self._draw_drivers(study, self._directory.read(rows=RANKED))
+        self._begin("distributions.png", draw_distributions, study, nominal)
 
     def finish(self) -> tuple[str, ...]:
         """Wait for the pictures; a sentence on each that could not be drawn, which must cost a run no statistics."""
