@@ -53,9 +53,13 @@ def test_differences_of_temperatures_have_no_zero(text, kelvin):
     assert units.read(text, units.difference("°C")) == pytest.approx(kelvin, rel=1e-15)
 
 
+@pytest.fixture(scope="module")
+def registry():
+    return pint.UnitRegistry()
+
+
 @pytest.mark.parametrize("unit", [unit for unit in units._COMMON if unit != "K"])
-def test_units_read_without_pint_agree_with_it(unit):
-    registry = pint.UnitRegistry()
+def test_units_read_without_pint_agree_with_it(registry, unit):
     for written in units._COMMON[unit]:
         expected = registry.Quantity(1.0, registry.Unit(written)).to("" if unit == "1" else unit).magnitude
         assert units.read(f"1 {written}", unit) == pytest.approx(expected, rel=1e-15)

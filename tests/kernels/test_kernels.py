@@ -49,6 +49,7 @@ def step_instructions(formulation, method, load, forces):
 
 
 @compiled_only
+@pytest.mark.slow
 @pytest.mark.skipif(
     platform.machine() not in ("x86_64", "AMD64") or not llvm.get_host_cpu_features().get("avx2"),
     reason="counts the vector instructions of x86-64 with AVX2 or more",
@@ -57,13 +58,12 @@ def step_instructions(formulation, method, load, forces):
     ("formulation", "method", "load", "forces"),
     [
         ("slope_symmetric", "rk8", True, False),
-        pytest.param("slope_symmetric", "rk8", True, True, marks=pytest.mark.slow),
-        pytest.param("slope_symmetric", "rk8", False, False, marks=pytest.mark.slow),
-        pytest.param("slope_axial", "rk8", True, False, marks=pytest.mark.slow),
-        pytest.param("exact_symmetric", "rk8", True, False, marks=pytest.mark.slow),
-        pytest.param("slope_general", "rk8", True, False, marks=pytest.mark.slow),
-        *(pytest.param(name, "rk8", True, True, marks=pytest.mark.slow) for name in FORMULATIONS if name != "slope_symmetric"),
-        pytest.param("slope_symmetric", "rk4", True, True, marks=pytest.mark.slow),
+        ("slope_symmetric", "rk8", False, False),
+        ("slope_axial", "rk8", True, False),
+        ("exact_symmetric", "rk8", True, False),
+        ("slope_general", "rk8", True, False),
+        *((name, "rk8", True, True) for name in FORMULATIONS),
+        ("slope_symmetric", "rk4", True, True),
     ],
 )  # fmt: skip
 def test_the_loops_over_lanes_are_packed(formulation, method, load, forces):

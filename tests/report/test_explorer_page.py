@@ -249,7 +249,7 @@ def test_time_of_an_update(open_page, capsys):
     page = open_page()
     times = page.evaluate("""async () => {
         const slider = document.querySelector("#explorer input[type=range]"), found = [];
-        for (let i = 0; i < 25; i++) {
+        for (let i = 0; i < 9; i++) {
             slider.value = Number(slider.value) + (i % 2 ? 1 : -1) * Number(slider.step);
             slider.dispatchEvent(new Event("input"));
             await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
@@ -260,4 +260,4 @@ def test_time_of_an_update(open_page, capsys):
     outputs = page.locator("#explorer .output").count()
     with capsys.disabled():
         print(f"\n{PARTS:,} parts, {outputs} outputs: {np.median(times):.0f} ms an update, at best {min(times):.0f} ms")
-    assert len(times) == 25 and min(times) > 0
+    assert len(times) == 9 and min(times) > 0

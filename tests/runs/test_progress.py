@@ -96,8 +96,8 @@ def test_compiling_is_said_where_the_cache_has_no_kernel(monkeypatch, on_termina
     shown = terminal(monkeypatch) if on_terminal else StringIO()
     monkeypatch.setattr(sys, "stderr", shown)
     monkeypatch.setattr(progress, "_LONG", 0.0)
-    monkeypatch.setattr(progress, "_SELDOM", 0.05)
-    function = numba.njit(slow_to_compile)
+    monkeypatch.setattr(progress, "_SELDOM", 0.01)
+    function = numba.njit(takes_a_moment_to_compile)
     function.py_func.__module__ = module
     with progress.progress("A study"):
         function(1.0)
@@ -109,10 +109,10 @@ def test_compiling_is_said_where_the_cache_has_no_kernel(monkeypatch, on_termina
     assert shown.getvalue().count("compiling") == before
 
 
-def slow_to_compile(x):
+def takes_a_moment_to_compile(x):
     total = x
     for i in range(10):
-        total += np.linalg.norm(np.full((3, 3), total * i)) + np.sort(np.full(4, total)).sum()
+        total += np.full((3, 3), total * i).sum()
     return total
 
 
