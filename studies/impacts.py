@@ -44,12 +44,17 @@ def bores(n: int) -> np.ndarray:
     return np.random.default_rng(1).uniform(0.01999, 0.02001, n)
 
 
-def poses(radii: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
-    """(X0, Y0, u, v) over r at the end, and r."""
-    found = simulate_many(
+def flown(radii: np.ndarray, steps: int) -> pd.DataFrame:
+    """Pose at the end of every motion."""
+    return simulate_many(
         DROPPED, bearing_radius=radii, journal_radius=0.01, half_length=0.02, step=DROPPED.duration / steps,
         outputs=("effective_radius", *END_OUTPUTS),
     )  # fmt: skip
+
+
+def poses(radii: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """(X0, Y0, u, v) over r at the end, and r: the numbers that all methods are compared by."""
+    found = flown(radii, steps)
     if not found.status.eq("ok").all():
         raise RuntimeError(f"{(found.status != 'ok').sum()} motions failed")
     radius = found.effective_radius.to_numpy()
@@ -78,7 +83,7 @@ def against_scipy(quick: bool) -> pd.DataFrame:
     rows = []
     for steps in (1, 2, 3, 4, 6, 8, 12, 16)[:: 2 if quick else 1]:
         error = np.abs(poses(radii[:CHECKED], steps)[0] - exact).max()
-        seconds = best_time(lambda steps=steps: poses(radii, steps), 2 if quick else 5) / len(radii)
+        seconds = best_time(lambda steps=steps: flown(radii, steps), 2 if quick else 5) / len(radii)
         rows.append({"method": "tolmc", "setting": f"{steps} steps", "error": error, "seconds": seconds})
     for tolerance in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)[:: 3 if quick else 1]:
         error = np.abs(np.array([scipy_pose(DROPPED, r, tolerance) for r in radius]) - exact).max()

@@ -9,7 +9,7 @@ import numba as nb
 import pytest
 
 from tolmc.kernels import jit
-from tolmc.kernels.one_sided import clock, stepper
+from tolmc.kernels.one_sided import approach, clock, forecast, jump, stepper
 from tolmc.kernels.one_sided.equations import equations_of
 
 ROW, WHOLE = nb.float64[::1], nb.int64[::1]
@@ -37,7 +37,10 @@ def instructions(routine, signature):
 @pytest.mark.parametrize(
     ("name", "kind"),
     [
-        *((name, (False, False, False, False)) for name in ("step", "look", "take", "next_steps")),
+        *(
+            (name, (False, False, False, False))
+            for name in ("step", "look", "screen", "take", "approach", "strike", "aim", "refine")
+        ),
         # A symmetric body whose drive swings, and any body whose loads do, with friction.
         pytest.param("step", (False, False, True, True), marks=pytest.mark.nightly),
         pytest.param("step", (False, True, True, True), marks=pytest.mark.nightly),
@@ -48,11 +51,16 @@ def test_the_loops_over_lanes_are_packed(name, kind):
     equations = equations_of(*kind)
     steps = stepper.build(equations, rk4=False)
     clocks = clock.build(equations, steps, rk4=False)
+    aim, refine = forecast.build(equations)
     routine, signature = {
         "step": (steps.step, (ROW,) * 9),
         "look": (steps.look, (ROW,) * 4),
         "take": (clocks.take, (ROW,) * 9 + (LIMITS, WHOLE, WHOLE)),
-        "next_steps": (clocks.next_steps, (ROW,) * 3 + (nb.float64, nb.float64, WHOLE)),
+        "screen": (clocks.screen, (ROW,) * 5 + (nb.float64, WHOLE)),
+        "approach": (approach.build(equations, steps), (ROW,) * 11 + (WHOLE,)),
+        "strike": (jump.build(equations).strike, (ROW,) * 4 + (nb.float64, WHOLE, WHOLE)),
+        "aim": (aim, (ROW,) * 3 + (nb.float64, nb.float64, WHOLE)),
+        "refine": (refine, (ROW,) * 5),
     }[name]
     counts = instructions(routine, signature)
     packed = sum(count for (_, is_packed), count in counts.items() if is_packed)

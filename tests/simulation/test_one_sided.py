@@ -266,6 +266,21 @@ def random_scenes(n, seed):
     }  # fmt: skip
 
 
+def test_extrema_before_an_event_are_seen():
+    """The largest forces and tilt of motions that have them within the last step before an impact or a release."""
+    motions, duration = [845, 1178, 12230], 0.06
+    chosen = {name: column[motions] for name, column in random_scenes(20_000, 5).items()}
+    scene = tolmc.Scene(
+        replace(PAPER_JOINT, restitution=0.5), SYMMETRIC.body, GRAVITY, tolmc.Motion.free((0, 0), (0, 0)), duration
+    )
+    sizes = {name: np.full(len(motions), value) for name, value in dimensions(scene).items()}
+    coarse, fine = (
+        tolmc.simulate_many(scene, **sizes, parameters=chosen, step=duration / steps) for steps in (60, 600)
+    )
+    for output in ("tilt_max", "contact_force_D_max", "contact_force_E_max"):
+        assert coarse[output].to_numpy() == pytest.approx(fine[output].to_numpy(), rel=1e-7, nan_ok=True)
+
+
 def check_random(n, seed, section="circle", body=SYMMETRIC.body):
     joint = replace(PAPER_JOINT, restitution=0.5, section=section, contact_stiffness=1e9)
     scene = tolmc.Scene(joint, body, GRAVITY, tolmc.Motion.free((0, 0), (0, 0)), 0.25)

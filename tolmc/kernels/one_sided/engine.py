@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 from tolmc.kernels import jit
 from tolmc.kernels.lanes import Layout
+from tolmc.kernels.one_sided import approach as approaches
 from tolmc.kernels.one_sided import clock as clocks
+from tolmc.kernels.one_sided import forecast
 from tolmc.kernels.one_sided import jump as jumps
 from tolmc.kernels.one_sided import lane as one_lane
 from tolmc.kernels.one_sided import layout as at
@@ -28,22 +30,25 @@ def build(*, exact: bool, general: bool, rubs: bool, swings: bool, rk4: bool) ->
     """
     equations = equations_of(exact, general, rubs or swings, swings)
     stepper = steppers.build(equations, rk4)
-    decide, reach = one_lane.build(equations, stepper, rk4)
+    decide = one_lane.build(equations, stepper, rk4)
+    approach = approaches.build(equations, stepper)
+    aim, refine = forecast.build(equations)
     at_event = jumps.build(equations)
-    screen, take, renew, next_steps = clocks.build(equations, stepper, rk4)
+    screen, take, renew = clocks.build(equations, stepper, rk4)
     load, begin, state_of, store, note = ways.build(equations, at_event)
     layout, n_state, stages = Layout(), equations.state, stepper.stages
     blocks = {
         "y_rows": n_state, "end_rows": n_state, "argument_rows": n_state, "f0_rows": n_state, "f1_rows": n_state,
         "k_rows": (stages + 1) * n_state, "coef_rows": equations.coefficients, "lane_rows": at.CARRIED,
-        "seen0_rows": at.SEEN, "seen1_rows": at.SEEN, "log_rows": at.EVENT, "sample_rows": (stages + 1) * equations.samples,
+        "seen0_rows": at.SEEN, "seen1_rows": at.SEEN, "sample_rows": (stages + 1) * equations.samples,
     }  # fmt: skip
     places = {name: layout.block(count) for name, count in blocks.items()}
     return jit.entry(
         rounds, name_of(exact=exact, general=general, rubs=rubs, swings=swings, rk4=rk4),
-        step=stepper.step, look=stepper.look, decide=decide, reach=reach, jump=at_event.jump,
-        screen=screen, take=take, renew=renew, next_steps=next_steps,
-        load=load, begin=begin, state_of=state_of, store=store, note=note, rows=layout.rows, **places,
+        step=stepper.step, look=stepper.look, screen=screen, decide=decide, take=take, approach=approach,
+        strike=at_event.strike, settle=at_event.settle, jump=at_event.jump, rubs=equations.rubs,
+        renew=renew, aim=aim, refine=refine, load=load, begin=begin, state_of=state_of, store=store, note=note,
+        rows=layout.rows, **places,
     )  # fmt: skip
 
 

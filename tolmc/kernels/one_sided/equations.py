@@ -26,6 +26,7 @@ class Equations(NamedTuple):
     state: int
     coefficients: int
     samples: int
+    seen: int
     spins: bool
     works: bool
     rubs: bool
@@ -35,10 +36,11 @@ class Equations(NamedTuple):
     prepare: object
     start: object
     advance: object
-    drift: object
     fly: object
     look: object
+    touch: object
     system: object
+    multipliers: object
     kick: object
     place: object
     project: object
@@ -215,19 +217,14 @@ def build(section, body, rubs: bool) -> Equations:
             samples[row + at.S_POWER * width + lane] = power + heat
 
     @device
-    def drift(y, coef, h, k, first, lane, width):
-        """h y' into ``k[first:]`` of a lane without contact and friction, to the same bits as :func:`advance`."""
+    def fly(y, coef, h, k, first, samples, row, lane, width):
+        """As :func:`advance` of a lane without contact, friction and torque, to the same bits."""
         ax, ay, bx, by, _, _, _ = free(y, coef[at.OMEGA_FIXED * width + lane], coef, lane, width)
         for c in range(4):
             k[first + c * width + lane] = h * y[(c + 4) * width + lane]
         k[first + 4 * width + lane], k[first + 5 * width + lane] = h * ax, h * ay
         k[first + 6 * width + lane], k[first + 7 * width + lane] = h * bx, h * by
-        return squared(y[2 * width + lane], y[3 * width + lane])
-
-    @device
-    def fly(y, coef, h, k, first, samples, row, lane, width):
-        """As :func:`advance` of a lane without contact, friction and torque."""
-        samples[row + 2 * width + lane] = drift(y, coef, h, k, first, lane, width)
+        samples[row + 2 * width + lane] = squared(y[2 * width + lane], y[3 * width + lane])
         samples[row + lane], samples[row + width + lane] = 0.0, 0.0
 
     @device
@@ -322,9 +319,10 @@ def build(section, body, rubs: bool) -> Equations:
         normalise(y, coef, lane, width)
 
     samples = 11 if swings else 10 if rubs else 4 if works else 3
+    seen = at.SEEN if rubs else at.POWER + 1 if works else at.POWER
     return Equations(
-        state, body.COEFFICIENTS, samples, spins, works, rubs, swings, section.FAR, section.UNIT,
-        prepare, start, advance, drift, fly, look, system, kick, place, project, body.momentum,
+        state, body.COEFFICIENTS, samples, seen, spins, works, rubs, swings, section.FAR, section.UNIT,
+        prepare, start, advance, fly, look, touch, system, multipliers, kick, place, project, body.momentum,
     )  # fmt: skip
 
 

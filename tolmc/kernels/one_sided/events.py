@@ -120,27 +120,29 @@ def stays(a, acc, can_d, can_e):
 
 @device
 def impulses(a, b_d, b_e, on_d, on_e):
-    """(Lambda_D, Lambda_E, violation): 0 <= Lambda, A Lambda + b >= 0, complementary, over the contacts at the wall."""
+    """(Lambda_D, Lambda_E, violation): 0 <= Lambda, A Lambda + b >= 0, complementary, over the contacts at the wall.
+
+    By selects, for loops over lanes.
+    """
     a_dd, a_de, a_ed, a_ee = a
-    best, l_d, l_e = max(-b_d if on_d else 0.0, -b_e if on_e else 0.0), 0.0, 0.0
     slack = 1e-14 * (abs(b_d) + abs(b_e))
-    if on_d and a_dd > 0.0:
-        force = -b_d / a_dd
-        missed = max(b_d, -(b_e + a_ed * force) if on_e else -math.inf)
-        if missed <= best - slack:
-            best, l_d, l_e = missed, max(force, 0.0), 0.0
-    if on_e and a_ee > 0.0:
-        force = -b_e / a_ee
-        missed = max(b_e, -(b_d + a_de * force) if on_d else -math.inf)
-        if missed <= best - slack:
-            best, l_d, l_e = missed, 0.0, max(force, 0.0)
-    if on_d and on_e:
-        det = a_dd * a_ee - a_de * a_ed
-        if det > 0.0 and a_dd > 0.0 and a_ee > 0.0:
-            f_d, f_e = (a_de * b_e - a_ee * b_d) / det, (a_ed * b_d - a_dd * b_e) / det
-            missed = max(-f_d * a_dd, -f_e * a_ee)
-            if missed <= best + slack:
-                best, l_d, l_e = missed, max(f_d, 0.0), max(f_e, 0.0)
+    best, l_d, l_e = max(-b_d if on_d else 0.0, -b_e if on_e else 0.0), 0.0, 0.0
+    alone = -b_d / a_dd
+    missed = max(b_d, -(b_e + a_ed * alone) if on_e else -math.inf)
+    better = on_d & (a_dd > 0.0) & (missed <= best - slack)
+    best, l_d = missed if better else best, max(alone, 0.0) if better else l_d
+    alone = -b_e / a_ee
+    missed = max(b_e, -(b_d + a_de * alone) if on_d else -math.inf)
+    better = on_e & (a_ee > 0.0) & (missed <= best - slack)
+    best, l_d, l_e = missed if better else best, 0.0 if better else l_d, max(alone, 0.0) if better else l_e
+    det = a_dd * a_ee - a_de * a_ed
+    inverse = 1.0 / det
+    both_d, both_e = (a_de * b_e - a_ee * b_d) * inverse, (a_ed * b_d - a_dd * b_e) * inverse
+    missed = max(-both_d * a_dd, -both_e * a_ee)
+    better = on_d & on_e & (det > 0.0) & (a_dd > 0.0) & (a_ee > 0.0) & (missed <= best + slack)
+    best, l_d, l_e = (
+        missed if better else best, max(both_d, 0.0) if better else l_d, max(both_e, 0.0) if better else l_e,
+    )  # fmt: skip
     return l_d, l_e, best - slack
 
 

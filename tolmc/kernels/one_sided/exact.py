@@ -21,8 +21,9 @@ from tolmc.kernels import parameters as P
 from tolmc.kernels.jit import device
 from tolmc.kernels.one_sided import layout as at
 
-_ITERATIONS = 4  # Newton's from the direction of p: 3 reach rounding on the paper's joint at its largest tilt
+_ITERATIONS = 2  # of Newton's after two of Halley's: rounding for c <= L, 1e-10 for c = 2 L
 _TINY = 1e-30
+_FARTHEST = 0.66  # change of the direction's tangent in one iteration
 
 FAR = 0.8
 UNIT = True
@@ -36,28 +37,57 @@ def size(raw, i):
 
 @device
 def _nearest(px, py, sx, sy, round_):
-    """Direction n in which the rim is nearest, and s.n, s.Jn, p.n, q, 1/q there."""
+    """Direction n in which the rim is nearest, and s.n, s.Jn, p.n, q, 1/q there.
+
+    n = (p + x Jp)/|p + x Jp|. With P = |p|^2, a = s.p, b = s.Jp, rho = r*/c and W = |p + x Jp| q, which has no other root than
+
+        W^2 = P (1 + x^2) + (a + b x)^2,
+
+    x is the root of P x W - rho (ab + (b^2 - a^2) x - ab x^2). Halley's iteration from 0 and once more; then Newton's, whose
+    1/W and 1/slope follow by their own iterations, without roots and divisions.
+    """
     p2 = px * px + py * py
-    inverse = 1.0 / math.sqrt(max(p2, _TINY))
-    nx, ny = px * inverse, py * inverse
-    nx = nx if p2 > _TINY else 1.0
+    # In the middle of the bearing any direction will do.
+    px, p2 = px if p2 > _TINY else 1.0, p2 if p2 > _TINY else 1.0
+    a, b = sx * px + sy * py, sy * px - sx * py
+    ab, difference, w2_0, bend = a * b, b * b - a * a, p2 + a * a, p2 + b * b
+    w = math.sqrt(w2_0)
+    # Far from the wall the gap need not have a minimum nearby and n is not needed.
+    slope = max(p2 * w - round_ * difference, 1e-3 * w)
+    fall = round_ * ab
+    square = slope * slope * w
+    x = fall * slope * w / min(square + fall * ab * (p2 + round_ * w), 1.5 * square)
+    x = min(max(x, -_FARTHEST), _FARTHEST)
+    w2, h = w2_0 + x * (2.0 * ab + bend * x), ab + bend * x
+    w = math.sqrt(w2)
+    fall = p2 * x * w - round_ * (ab + x * (difference - ab * x))
+    slope = max(p2 * (w2 + x * h) - round_ * (difference - 2.0 * ab * x) * w, 1e-3)
+    curvature = p2 * (2.0 * h * w2 + x * (bend * w2 - h * h)) + 2.0 * round_ * ab * w2 * w
+    square = slope * slope * w
+    bottom = min(max(square - 0.5 * fall * curvature, 0.5 * square), 1.5 * square)
+    inverse = 1.0 / (slope * w * bottom)
+    per_w, per_slope = inverse * slope * bottom, inverse * w2 * bottom
+    change = fall * slope * w2 * (inverse * slope * w)
+    x -= min(max(change, -_FARTHEST), _FARTHEST)
     for _ in range(_ITERATIONS):
-        sn, st = sx * nx + sy * ny, sy * nx - sx * ny
-        pn, pt = px * nx + py * ny, py * nx - px * ny
-        q2 = 1.0 + sn * sn
-        q = math.sqrt(q2)
-        # -f'/f'' times q^3/q^3; far from the wall f'' need not be positive and n is not needed
-        steep = max(q * q2 * pn - round_ * (st * st - q2 * (sn * sn)), 1e-3)
-        fall = 0.5 * (q * q2 * pt + round_ * q2 * (sn * st))
-        fall = min(max(fall, -0.3 * steep), 0.3 * steep)
-        # Turned by an angle whose half has the tangent fall/steep.
-        turn = 1.0 / (steep * steep + fall * fall)
-        cos, sin = (steep * steep - fall * fall) * turn, 2.0 * steep * fall * turn
-        nx, ny = cos * nx - sin * ny, cos * ny + sin * nx
-    sn, st = sx * nx + sy * ny, sy * nx - sx * ny
-    q2 = 1.0 + sn * sn
-    q = math.sqrt(q2)
-    return nx, ny, sn, st, px * nx + py * ny, q, 1.0 / q
+        per_w = _improved(per_w, w2_0 + x * (2.0 * ab + bend * x))
+        fall = p2 * x - round_ * (ab + x * (difference - ab * x)) * per_w
+        slope = p2 * (1.0 + x * (ab + bend * x) * per_w * per_w) - round_ * (difference - 2.0 * ab * x) * per_w
+        per_slope *= 2.0 - slope * per_slope
+        x -= min(max(fall * per_slope, -_FARTHEST), _FARTHEST)
+    w2 = w2_0 + x * (2.0 * ab + bend * x)
+    per_w = _improved(per_w, w2)
+    long2 = p2 * (1.0 + x * x)
+    scale = 1.0 / math.sqrt(long2)
+    sn, st = (a + b * x) * scale, (b - a * x) * scale
+    return (px - x * py) * scale, (py + x * px) * scale, sn, st, p2 * scale, w2 * per_w * scale, long2 * scale * per_w
+
+
+@device
+def _improved(inverse, square):
+    """1/sqrt(square) from next to it, to third order."""
+    t = square * inverse * inverse
+    return inverse * (1.875 - t * (1.25 - 0.375 * t))
 
 
 @device

@@ -44,19 +44,25 @@ SEEN = 22
 # friction's moment about the axis, DRIVE the moment that holds Omega.
 S_D, S_E, S_W2, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE, S_DRIVE_POWER = range(11)
 
-# What a lane carries along.
+# What a lane carries along, and sets out from at zero.
 (
     T, HINT, TRIES, SAMPLE, BUSY, MODE, ARMED_D, ARMED_E, HOLD, LOAD_REFERENCE,
     BEST_D_MAX, BEST_D_MIN, BEST_E_MAX, BEST_E_MIN, BEST_TILT,
     INTEGRAL_D, INTEGRAL_E, SQUARE_D, SQUARE_E, TIME_D, TIME_E, TIME_FREE,
-    WORK, WORK_SLIP_D, WORK_SLIP_E, WORK_HEAT, TORQUE_INTEGRAL, TIME_SLOW, TORQUE_MAX,
-    TURN, DRIVE_INTEGRAL, DRIVE_MAX,
-    ENERGY_0, ENERGY_ERROR, ENERGY_SCALE, MOMENTUM_0, PENETRATION, STATUS, EVENTS, ROUNDS,
+    WORK, ENERGY_0, ENERGY_ERROR, ENERGY_SCALE, MOMENTUM_0, PENETRATION, STATUS, EVENTS, ROUNDS,
     LOST_AT, HIT_AT, IMPACT_LOSS,
-    COUNT_D, COUNT_E, SPEED_D, SPEED_E, IMPULSE_D, IMPULSE_E, TOTAL_D, TOTAL_E, PEAK_D, PEAK_E, CLOSING_D, CLOSING_E,
-    DRIVE_WORK,
-) = range(56)  # fmt: skip
-CARRIED = 56
+    COUNT_D, COUNT_E, SPEED_D, SPEED_E, IMPULSE_D, IMPULSE_E, TOTAL_D, TOTAL_E, PEAK_D, PEAK_E,
+) = range(44)  # fmt: skip
+# The same with friction.
+(
+    WORK_SLIP_D, WORK_SLIP_E, WORK_HEAT, TORQUE_INTEGRAL, TIME_SLOW, TORQUE_MAX, TURN, DRIVE_INTEGRAL, DRIVE_MAX, DRIVE_WORK,
+) = range(44, 54)  # fmt: skip
+FRICTIONLESS, RUBBING = 44, 54
+# What one round's loops leave for the next ones: the time gone, the length of a step but for the wall (0 where it is not aimed
+# at), the time from a step's end to the wall, who takes part in an impact, who may stay, whether it is an impact, whether
+# anything was struck and whether all contacts leave; and rows E_TIME to E_E of the last event.
+GONE, CAP, REST_D, REST_E, ON_THE_WALL_D, ON_THE_WALL_E, CAN_STAY_D, CAN_STAY_E, HITS, STRUCK, LEAVES = range(54, 65)
+LAST_EVENT, CARRIED = 65, 73
 
 # What becomes of a lane after a round: the start is kept and the step shortened, or the step is taken; then an event.
 KEEP, TAKE, IMPACT, RELEASE_D, RELEASE_E, RELEASE_BOTH, FALL_BACK_D, FALL_BACK_E, START = range(9)

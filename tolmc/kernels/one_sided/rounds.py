@@ -15,10 +15,13 @@ from tolmc.kernels.one_sided import clock as clocks
 from tolmc.kernels.one_sided import layout as at
 
 #: The step and the look; of a lane, of its events and of its samples.
-step = look = decide = reach = jump = screen = take = renew = next_steps = load = begin = state_of = store = note = None
+step = look = screen = decide = take = approach = strike = settle = jump = renew = aim = refine = None
+load = begin = state_of = store = note = None
+#: Whether :data:`strike` leaves impacts to :data:`jump`.
+rubs = None
 #: Rows of the buffer, and how many there are.
 rows = y_rows = end_rows = argument_rows = f0_rows = f1_rows = k_rows = coef_rows = lane_rows = None
-seen0_rows = seen1_rows = log_rows = sample_rows = None
+seen0_rows = seen1_rows = sample_rows = None
 
 
 def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, events):
@@ -47,13 +50,13 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
     work[:] = 0.0
     y, end, argument, f0, f1 = work[y_rows], work[end_rows], work[argument_rows], work[f0_rows], work[f1_rows]
     k, coef, lanes = work[k_rows], work[coef_rows], work[lane_rows]
-    seen0, seen1, log, samples = work[seen0_rows], work[seen1_rows], work[log_rows], work[sample_rows]
+    seen0, seen1, samples = work[seen0_rows], work[seen1_rows], work[sample_rows]
     decision, calls = np.empty(WIDTH, np.int64), np.empty(WIDTH, np.int64)
     limits = (float(steps), duration, float(most), accuracy)
-    step_length = duration / steps
+    step_length, until = duration / steps, duration * (1.0 - clocks.ROUNDING)
     queue = 0
     for lane in range(WIDTH):
-        load(raw, given, min(queue, n - 1), y, coef, lanes, log, lane)
+        load(raw, given, min(queue, n - 1), y, coef, lanes, f0, seen0, lane)
         lanes[at.BUSY * WIDTH + lane] = 1.0 if queue < n else 0.0
         decision[lane] = at.START
         queue += 1
@@ -62,15 +65,16 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
     renew(f0, seen0, f1, seen1, decision)
     for lane in range(WIDTH):
         begin(raw, y, coef, lanes, seen0, lane)
-    next_steps(coef, lanes, seen0, step_length, duration, decision)
+    if aim(coef, lanes, seen0, step_length, duration, decision) > 0:
+        refine(y, f0, coef, lanes, argument)
     recording = record.shape[1] > 0
     if recording:
-        note(record, events, counts, y, coef, lanes, seen0, log, False)
+        note(record, events, counts, y, coef, lanes, seen0, False)
     while busy > 0:
         counts[0] += 1
         step(y, coef, f0, seen0, lanes, k, argument, samples, end)
         look(end, coef, f1, seen1)
-        suspects = screen(coef, lanes, samples, seen0, seen1, decision)
+        suspects = screen(coef, lanes, samples, seen0, seen1, duration, decision)
         if suspects > 0:
             for lane in range(WIDTH):
                 if decision[lane] == at.KEEP:
@@ -84,27 +88,34 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
                         coef[at.STEP * WIDTH + lane] *= place
         called = take(y, f0, seen0, end, f1, seen1, coef, lanes, samples, limits, decision, calls)
         if recording and decision[0] != at.KEEP and decision[0] != at.IMPACT and lanes[at.BUSY * WIDTH] > 0.0:
-            note(record, events, counts, y, coef, lanes, seen0, log, False)
-        jumped = 0
+            note(record, events, counts, y, coef, lanes, seen0, False)
+        jumped, impacts = 0, 0
+        for lane in range(WIDTH):
+            impacts += decision[lane] == at.IMPACT
+        if impacts > 0:
+            approach(y, f0, coef, lanes, seen0, k, argument, samples, end, f1, seen1, decision)
+            if recording and decision[0] == at.IMPACT:
+                note(record, events, counts, y, coef, lanes, seen0, False)
+            jumped = strike(y, coef, lanes, seen0, until, decision, calls)
         for lane in range(WIDTH if called > 0 else 0):
             if calls[lane] == 0:
                 continue
             pending = int(lanes[at.MODE * WIDTH + lane])
             if pending > 0:
                 decision[lane], lanes[at.MODE * WIDTH + lane] = pending, 0.0
-            done = decision[lane] != at.KEEP and not lanes[at.T * WIDTH + lane] < duration * (1.0 - clocks.ROUNDING)
+            done = decision[lane] != at.KEEP and not lanes[at.T * WIDTH + lane] < until
             if decision[lane] > at.TAKE and not done:
-                gap, rate = reach(y, f0, coef, lanes, seen0, seen1, argument, f1, decision[lane], duration, lane)
-                if recording and lane == 0 and decision[lane] == at.IMPACT:
-                    note(record, events, counts, y, coef, lanes, seen0, log, False)
-                jump(y, coef, lanes, log, lane, decision[lane], gap, rate)
+                if decision[lane] == at.IMPACT and not rubs:
+                    settle(y, coef, lanes, lane)
+                else:
+                    jump(y, coef, lanes, seen0, lane, decision[lane])
                 lanes[at.TRIES * WIDTH + lane] = 0.0
                 jumped += 1
             status = state_of(lanes, seen0, steps, most, accuracy, lane)
             if done or status != at.OK:
                 store(y, coef, lanes, seen0, out, lane, status)
                 if queue < n:
-                    load(raw, given, queue, y, coef, lanes, log, lane)
+                    load(raw, given, queue, y, coef, lanes, f0, seen0, lane)
                     queue += 1
                     decision[lane] = at.START
                     jumped += 1
@@ -118,5 +129,6 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
                 if decision[lane] == at.START:
                     begin(raw, y, coef, lanes, seen0, lane)
             if recording and decision[0] > at.TAKE and lanes[at.BUSY * WIDTH] > 0.0:
-                note(record, events, counts, y, coef, lanes, seen0, log, True)
-        next_steps(coef, lanes, seen0, step_length, duration, decision)
+                note(record, events, counts, y, coef, lanes, seen0, True)
+        if aim(coef, lanes, seen0, step_length, duration, decision) > 0:
+            refine(y, f0, coef, lanes, argument)

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import routine
+from tolmc.kernels.jit import device, routine
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.clock import MOST_ROUNDS
 from tolmc.kernels.one_sided.equations import Equations
@@ -26,9 +26,9 @@ class Samples(NamedTuple):
 
 def build(equations: Equations, at_event: Jump) -> Samples:
     """The way in and out of one kind of scene."""
-    jump, system_at = at_event.jump, at_event.system_at
+    jump, look_at, touch = at_event.jump, equations.look, equations.touch
     prepare, start, spins, rubs = equations.prepare, equations.start, equations.spins, equations.rubs
-    momentum = equations.momentum
+    momentum, carried = equations.momentum, at.RUBBING if equations.rubs else at.FRICTIONLESS
 
     @routine
     def momentum_of(y, coef, lane):
@@ -36,11 +36,29 @@ def build(equations: Equations, at_event: Jump) -> Samples:
         return momentum(y, spin, coef, lane, WIDTH)
 
     @routine
-    def load(raw, given, i, y, coef, lanes, log, lane):
+    def glance(y, coef, f, seen, lane):
+        look_at(y, coef, f, seen, lane, WIDTH)
+
+    @routine
+    def least_gap(y, coef, lane):
+        """Of the two."""
+        ox, oy, wx, wy = (
+            y[at.O_X * WIDTH + lane],
+            y[at.O_Y * WIDTH + lane],
+            y[at.W_X * WIDTH + lane],
+            y[at.W_Y * WIDTH + lane],
+        )
+        sx, sy = coef[at.KAPPA * WIDTH + lane] * wx, coef[at.KAPPA * WIDTH + lane] * wy
+        _, _, _, _, gap_d, _ = touch(ox + wx, oy + wy, 0.0, 0.0, sx, sy, 0.0, 0.0, coef, lane, WIDTH)
+        _, _, _, _, gap_e, _ = touch(ox - wx, oy - wy, 0.0, 0.0, -sx, -sy, 0.0, 0.0, coef, lane, WIDTH)
+        return min(gap_d, gap_e)
+
+    @routine
+    def load(raw, given, i, y, coef, lanes, f0, seen0, lane):
         """Sample ``i`` into a lane: its start, and which contacts are closed there."""
         prepare(raw, given, i, coef, lane, WIDTH)
         start(given, i, y, coef, lane, WIDTH)
-        for row in range(at.CARRIED):
+        for row in range(carried):
             lanes[row * WIDTH + lane] = 0.0
         for row in (at.BEST_D_MAX, at.BEST_D_MIN, at.BEST_E_MAX, at.BEST_E_MIN, at.BEST_TILT):
             lanes[row * WIDTH + lane] = -math.inf
@@ -54,9 +72,9 @@ def build(equations: Equations, at_event: Jump) -> Samples:
         push = abs(coef[at.FX * WIDTH + lane]) + abs(coef[at.FY * WIDTH + lane])
         lanes[at.LOAD_REFERENCE * WIDTH + lane] = 1e-3 * push
         kind = at.START if loss < 0.0 else (at.RELEASE_D if loss == 0.0 else at.RELEASE_E)
-        _, _, _, _, _, gap, rate, _, _, _, _, _ = system_at(y, coef, lane)
-        if on_d > 0.0 or on_e > 0.0 or min(gap[0], gap[1]) <= TOGETHER:
-            jump(y, coef, lanes, log, lane, kind, gap, rate)
+        if on_d > 0.0 or on_e > 0.0 or least_gap(y, coef, lane) <= TOGETHER:
+            glance(y, coef, f0, seen0, lane)
+            jump(y, coef, lanes, seen0, lane, kind)
         lanes[at.EVENTS * WIDTH + lane] = 0.0
 
     @routine
@@ -88,6 +106,18 @@ def build(equations: Equations, at_event: Jump) -> Samples:
             return at.UNRESOLVED
         return at.OK
 
+    @device
+    def store_friction(lanes, out, joule, slip, i, lane):
+        out[at.R_SLIP_D, i] = slip * lanes[at.WORK_SLIP_D * WIDTH + lane]
+        out[at.R_SLIP_E, i] = slip * lanes[at.WORK_SLIP_E * WIDTH + lane]
+        out[at.R_HEAT, i] = joule * lanes[at.WORK_HEAT * WIDTH + lane]
+        out[at.R_TORQUE, i] = joule * lanes[at.TORQUE_INTEGRAL * WIDTH + lane]
+        out[at.R_TORQUE_MAX, i] = joule * lanes[at.TORQUE_MAX * WIDTH + lane]
+        out[at.R_SLOW, i], out[at.R_TURN, i] = lanes[at.TIME_SLOW * WIDTH + lane], lanes[at.TURN * WIDTH + lane]
+        out[at.R_DRIVE, i] = joule * lanes[at.DRIVE_INTEGRAL * WIDTH + lane]
+        out[at.R_DRIVE_WORK, i] = joule * lanes[at.DRIVE_WORK * WIDTH + lane]
+        out[at.R_DRIVE_MAX, i] = joule * lanes[at.DRIVE_MAX * WIDTH + lane]
+
     @routine
     def store(y, coef, lanes, seen0, out, lane, status):
         """Results of a lane's sample."""
@@ -101,7 +131,7 @@ def build(equations: Equations, at_event: Jump) -> Samples:
             out[at.R_D_MAX + 2 * side, i] = newton * lanes[high * WIDTH + lane] if touched else math.nan
             # No force of a closed contact is negative: what is left below zero is the root's rounding.
             out[at.R_D_MIN + 2 * side, i] = newton * max(-lanes[low * WIDTH + lane], 0.0) if touched else math.nan
-            impulses = lanes[(at.TOTAL_D + side) * WIDTH + lane] + lanes[(at.CLOSING_D + side) * WIDTH + lane]
+            impulses = lanes[(at.TOTAL_D + side) * WIDTH + lane]
             out[at.R_INTEGRAL_D + side, i] = newton * (lanes[(at.INTEGRAL_D + side) * WIDTH + lane] + impulses)
             out[at.R_SQUARE_D + side, i] = newton * newton * lanes[(at.SQUARE_D + side) * WIDTH + lane]
             out[at.R_TIME_D + side, i] = lanes[(at.TIME_D + side) * WIDTH + lane]
@@ -109,9 +139,10 @@ def build(equations: Equations, at_event: Jump) -> Samples:
             out[at.R_SPEED_D + side, i] = c * lanes[(at.SPEED_D + side) * WIDTH + lane]
             out[at.R_IMPULSE_D + side, i] = newton * lanes[(at.IMPULSE_D + side) * WIDTH + lane]
             out[at.R_TOTAL_D + side, i] = newton * lanes[(at.TOTAL_D + side) * WIDTH + lane]
-            out[at.R_PEAK_D + side, i] = lanes[(at.PEAK_D + side) * WIDTH + lane]
+            # The peak of Hertz' force, K (5 m gamma^2/(4 K))^0.6.
+            energy, stiff = lanes[(at.PEAK_D + side) * WIDTH + lane], coef[at.HERTZ * WIDTH + lane]
+            out[at.R_PEAK_D + side, i] = stiff * (1.25 * energy / stiff) ** 0.6 if stiff > 0.0 else 0.0
             out[at.R_CLOSED_D + side, i] = coef[(at.CLOSED_D + side) * WIDTH + lane]
-            out[at.R_SLIP_D + side, i] = newton * c * lanes[(at.WORK_SLIP_D + side) * WIDTH + lane]
         out[at.R_TIME_FREE, i] = lanes[at.TIME_FREE * WIDTH + lane]
         lost = lanes[at.LOST_AT * WIDTH + lane]
         out[at.R_LOST_AT, i], out[at.R_HIT_AT, i] = lost if lost >= 0.0 else math.nan, lanes[at.HIT_AT * WIDTH + lane]
@@ -134,16 +165,11 @@ def build(equations: Equations, at_event: Jump) -> Samples:
             out[at.R_OMEGA, i] = y[at.SPIN_RATE * WIDTH + lane]
         else:
             out[at.R_OMEGA, i] = coef[at.OMEGA_FIXED * WIDTH + lane]
-        out[at.R_HEAT, i] = joule * lanes[at.WORK_HEAT * WIDTH + lane]
-        out[at.R_TORQUE, i] = joule * lanes[at.TORQUE_INTEGRAL * WIDTH + lane]
-        out[at.R_TORQUE_MAX, i] = joule * lanes[at.TORQUE_MAX * WIDTH + lane]
-        out[at.R_SLOW, i], out[at.R_TURN, i] = lanes[at.TIME_SLOW * WIDTH + lane], lanes[at.TURN * WIDTH + lane]
-        out[at.R_DRIVE, i] = joule * lanes[at.DRIVE_INTEGRAL * WIDTH + lane]
-        out[at.R_DRIVE_WORK, i] = joule * lanes[at.DRIVE_WORK * WIDTH + lane]
-        out[at.R_DRIVE_MAX, i] = joule * lanes[at.DRIVE_MAX * WIDTH + lane]
+        if rubs:
+            store_friction(lanes, out, joule, newton * c, i, lane)
 
     @routine
-    def note(record, events, counts, y, coef, lanes, seen0, log, event):
+    def note(record, events, counts, y, coef, lanes, seen0, event):
         """A row of the record from lane 0, and an event; what does not fit is counted all the same."""
         row = counts[1]
         if row < record.shape[1]:
@@ -171,7 +197,7 @@ def build(equations: Equations, at_event: Jump) -> Samples:
         if event:
             if counts[2] < events.shape[1]:
                 for entry in range(at.EVENT):
-                    events[entry, counts[2]] = log[entry * WIDTH]
+                    events[entry, counts[2]] = lanes[(at.LAST_EVENT + entry) * WIDTH]
             counts[2] += 1
 
     return Samples(load, begin, state_of, store, note)

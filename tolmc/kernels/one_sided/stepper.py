@@ -6,14 +6,16 @@ has as many as the formula has stages.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from tolmc.kernels.interpolation import through
-from tolmc.kernels.jit import device, routine
+from tolmc.kernels.jit import device, once, routine
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
+from tolmc.kernels.one_sided.integrals import closed
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.tableaux import (
     CLASSICAL,
@@ -33,8 +35,6 @@ class Stepper(NamedTuple):
     step: object
     look: object
     looked_samples: object
-    quadrature: object
-    closed: object
 
 
 #: Places in a step at which a force is known: the formula's own samples, the last one at the end itself.
@@ -44,11 +44,27 @@ FIT_8, FIT_4 = through(POSITIONS_8), through(POSITIONS_4)
 SLOPES_8, SLOPES_4 = (np.stack([fit[1], np.arange(len(fit)) @ fit]) for fit in (FIT_8, FIT_4))
 
 
+@once
+def replacer(rows: int) -> Callable:
+    """Routine ``replace(old, new, decision, least)``: rows taken over in lanes whose decision is ``least`` or a later one."""
+
+    @routine
+    def replace(old, new, decision, least):
+        for lane in range(WIDTH):
+            chosen = decision[lane] >= least
+            for row in range(rows):
+                # Both are read before one is chosen: of a choice between two places LLVM makes no packed loop.
+                before, after = old[row * WIDTH + lane], new[row * WIDTH + lane]
+                old[row * WIDTH + lane] = after if chosen else before
+
+    return replace
+
+
 def build(equations: Equations, rk4: bool) -> Stepper:
     """The round of one formula."""
     tableau = CLASSICAL if rk4 else DORMAND_PRINCE
     argument_at, end_at = (stage_argument_rk4, step_end_rk4) if rk4 else (stage_argument_rk8, step_end_rk8)
-    stages, weights = tableau.stages, tableau.b
+    stages = tableau.stages
     n_state, n_samples = equations.state, equations.samples
     size, stride = n_state * WIDTH, n_samples * WIDTH
     advance, fly, look_at, project = equations.advance, equations.fly, equations.look, equations.project
@@ -61,15 +77,6 @@ def build(equations: Equations, rk4: bool) -> Stepper:
         """y' and what is seen at every lane's state."""
         for lane in range(WIDTH):
             look_at(y, coef, f, seen, lane, WIDTH)
-
-    @device
-    def closed(coef):
-        """How many contacts of a block are closed."""
-        count = 0.0
-        for row in range(at.CLOSED_D, at.CLOSED_E + 1):
-            for lane in range(WIDTH):
-                count += coef[row * WIDTH + lane]
-        return count
 
     @routine
     def step(y, coef, f0, seen, lanes, k, argument, samples, end):
@@ -110,15 +117,4 @@ def build(equations: Equations, rk4: bool) -> Stepper:
         s3 = samples[(row_3 * n_samples + quantity) * WIDTH + lane]
         return first, s1, s2, s3, last
 
-    @device
-    def quadrature(samples, seen, quantity, row, square, lane):
-        """Mean of a quantity, or of its square, over one lane's step by the formula's weights."""
-        first = seen[row * WIDTH + lane]
-        total = weights[0] * (first * first if square else first)
-        for stage in range(1, stages):
-            if weights[stage] != 0.0:
-                value = samples[(stage * n_samples + quantity) * WIDTH + lane]
-                total += weights[stage] * (value * value if square else value)
-        return total
-
-    return Stepper(stages, step, look, looked_samples, quadrature, closed)
+    return Stepper(stages, step, look, looked_samples)
