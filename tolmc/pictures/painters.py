@@ -77,7 +77,7 @@ def _left_to(idle: SimpleQueue[BinaryIO], *picture) -> bool:
     """Whether a painter has painted it: not where it is gone, as it is after anything that goes wrong there."""
     painter = idle.get()
     try:
-        pickle.dump((quantities.derived(), *picture), painter)
+        pickle.dump((quantities.derived(), *picture), painter, pickle.HIGHEST_PROTOCOL)
         painter.flush()
         return painter.read(1) == _DONE
     except OSError:

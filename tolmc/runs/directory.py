@@ -246,7 +246,6 @@ class RunDirectory:
                 writer.write_table(table)
 
         write_whole(self._block_path(start), write)
-        flush_names(self._block_path(start).parent)
 
     def write_samples(self, tables: Iterator[pa.Table]) -> None:
         """samples.parquet anew: its rows so far, then those of ``tables``, in row groups of one size."""
