@@ -9,12 +9,17 @@ from small_study import write
 
 # In a process that has no Matplotlib yet, as the command's.
 DRAW = """
+import subprocess
 import sys
 from pathlib import Path
 import numpy as np
 import psutil
 from tolmc.pictures.painters import paint, painters
 out, fate = Path(sys.argv[1]), sys.argv[2]
+def none(*_, **__):
+    raise BlockingIOError("no more processes")
+if fate == "none":
+    subprocess.Popen = none
 samples = {"tilt_max": np.linspace(0.1, 0.2, 1000)}
 words = {"nominal": {"tilt_max": 0.15}, "specification": {}, "title": "A study"}
 with painters() as process:
@@ -41,9 +46,10 @@ def drawn(folder: Path, fate: str) -> list[str]:
 def test_other_processes_draw_the_same(tmp_path):
     assert drawn(tmp_path, "alive") == ["drawn there", "0 left"]
     pictures = [path.read_bytes() for path in tmp_path.iterdir()]
-    assert drawn(tmp_path, "killed") == ["drawn here", "0 left"]
-    pictures += [path.read_bytes() for path in tmp_path.iterdir()]
-    assert len(pictures) == 8 and len(set(pictures)) == 1
+    for fate in ("killed", "none"):
+        assert drawn(tmp_path, fate) == ["drawn here", "0 left"]
+        pictures += [path.read_bytes() for path in tmp_path.iterdir()]
+    assert len(pictures) == 12 and len(set(pictures)) == 1
 
 
 @pytest.mark.slow

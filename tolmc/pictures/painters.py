@@ -39,23 +39,30 @@ def painters() -> Iterator[subprocess.Popen | None]:
         return
     with ExitStack() as opened:
         pairs = [[opened.enter_context(end) for end in socket.socketpair()] for _ in range(PAINTERS)]
-        numbers = [theirs.fileno() for _, theirs in pairs]
-        # -P: the working folder of the user may hold files named as modules are.
-        command = [sys.executable, "-P", "-m", __spec__.name, *map(str, numbers)]
-        alone, null = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}, subprocess.DEVNULL  # threads don't survive a fork
-        process = subprocess.Popen(command, env=alone, pass_fds=numbers, stdin=null, stdout=null, stderr=null)
-        opened.enter_context(process)
-        opened.callback(process.kill)
-        _idle = SimpleQueue()
-        for ours, theirs in pairs:
-            theirs.close()
-            stream = cast(BinaryIO, ours.makefile("rwb"))
-            opened.callback(_closed, stream)
-            _idle.put(stream)
+        process = _begun([theirs.fileno() for _, theirs in pairs])
+        if process is not None:
+            opened.enter_context(process)
+            opened.callback(process.kill)
+            _idle = SimpleQueue()
+            for ours, theirs in pairs:
+                theirs.close()
+                stream = cast(BinaryIO, ours.makefile("rwb"))
+                opened.callback(_closed, stream)
+                _idle.put(stream)
         try:
             yield process
         finally:
             _idle = None
+
+
+def _begun(numbers: list[int]) -> subprocess.Popen | None:
+    """A process that paints for these sockets; None where the system refuses one."""
+    # -P: the working folder of the user may hold files named as modules are.
+    command = [sys.executable, "-P", "-m", __spec__.name, *map(str, numbers)]
+    alone, null = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}, subprocess.DEVNULL  # threads don't survive a fork
+    with suppress(OSError):
+        return subprocess.Popen(command, env=alone, pass_fds=numbers, stdin=null, stdout=null, stderr=null)
+    return None
 
 
 def _closed(stream: BinaryIO) -> None:
