@@ -51,26 +51,22 @@ def at_hand(g0, r0, a0, g1, r1, a1, h, far):
 def build(equations: Equations, stepper: Stepper) -> Callable:
     """Routine ``approach``: lanes whose decision is IMPACT go to the wall, and stand there with ``seen0`` of it."""
     n_state, size, stride = equations.state, equations.state * WIDTH, equations.samples * WIDTH
-    advance, fly, look = equations.advance, equations.fly, stepper.look
+    evaluate, look = stepper.evaluate, stepper.look
     flies, replace_seen = not equations.works, replacer(equations.seen)
     add = integrals.build(equations, CLASSICAL)
 
     @routine
     def classical(y, f0, coef, lanes, k, argument, samples, end):
         """A step of length ``lanes[GONE]``."""
+        h = lanes[at.GONE * WIDTH : (at.GONE + 1) * WIDTH]
         for c in range(n_state):
             for lane in range(WIDTH):
-                k[c * WIDTH + lane] = lanes[at.GONE * WIDTH + lane] * f0[c * WIDTH + lane]
+                k[c * WIDTH + lane] = h[lane] * f0[c * WIDTH + lane]
         in_flight = flies and integrals.closed(coef) == 0
         for stage in range(1, 4):
             stage_argument_rk4(stage, y, k, argument, size)
-            rows_k, rows_s = stage * size, stage * stride
-            if in_flight:
-                for lane in range(WIDTH):
-                    fly(argument, coef, lanes[at.GONE * WIDTH + lane], k, rows_k, samples, rows_s, lane, WIDTH)
-            else:
-                for lane in range(WIDTH):
-                    advance(argument, coef, lanes[at.GONE * WIDTH + lane], k, rows_k, samples, rows_s, lane, WIDTH)
+            row, place = stage * size, stage * stride
+            evaluate(in_flight, argument, coef, h, k[row : row + size], samples[place : place + stride])
         step_end_rk4(y, k, end, size)
 
     @routine

@@ -33,6 +33,7 @@ class Stepper(NamedTuple):
 
     stages: int
     step: object
+    evaluate: object
     look: object
     looked_samples: object
 
@@ -79,21 +80,27 @@ def build(equations: Equations, rk4: bool) -> Stepper:
             look_at(y, coef, f, seen, lane, WIDTH)
 
     @routine
+    def evaluate(in_flight, argument, coef, h, k, samples):
+        """One stage of every lane's step of length ``h``: h y' and the samples there."""
+        if in_flight:
+            for lane in range(WIDTH):
+                fly(argument, coef, h[lane], k, 0, samples, 0, lane, WIDTH)
+        else:
+            for lane in range(WIDTH):
+                advance(argument, coef, h[lane], k, 0, samples, 0, lane, WIDTH)
+
+    @routine
     def step(y, coef, f0, seen, lanes, k, argument, samples, end):
         """One step of every lane from ``y`` to ``end``, projected; stage values into ``samples`` (stage, quantity, lane)."""
+        h = coef[at.STEP * WIDTH : (at.STEP + 1) * WIDTH]
         for c in range(n_state):
             for lane in range(WIDTH):
-                k[c * WIDTH + lane] = coef[at.STEP * WIDTH + lane] * f0[c * WIDTH + lane]
+                k[c * WIDTH + lane] = h[lane] * f0[c * WIDTH + lane]
         in_flight = flies and closed(coef) == 0
         for stage in range(1, stages):
             argument_at(stage, y, k, argument, size)
-            rows_k, rows_s = stage * size, stage * stride
-            if in_flight:
-                for lane in range(WIDTH):
-                    fly(argument, coef, coef[at.STEP * WIDTH + lane], k, rows_k, samples, rows_s, lane, WIDTH)
-            else:
-                for lane in range(WIDTH):
-                    advance(argument, coef, coef[at.STEP * WIDTH + lane], k, rows_k, samples, rows_s, lane, WIDTH)
+            row, place = stage * size, stage * stride
+            evaluate(in_flight, argument, coef, h, k[row : row + size], samples[place : place + stride])
         end_at(y, k, end, size)
         if not in_flight:
             for lane in range(WIDTH):
@@ -117,4 +124,4 @@ def build(equations: Equations, rk4: bool) -> Stepper:
         s3 = samples[(row_3 * n_samples + quantity) * WIDTH + lane]
         return first, s1, s2, s3, last
 
-    return Stepper(stages, step, look, looked_samples)
+    return Stepper(stages, step, evaluate, look, looked_samples)
