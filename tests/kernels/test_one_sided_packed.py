@@ -39,11 +39,11 @@ def instructions(routine, signature):
     [
         *(
             (name, (False, False, False, False))
-            for name in ("step", "look", "screen", "take", "approach", "strike", "aim", "refine")
+            for name in ("evaluate", "step", "look", "screen", "take", "approach", "strike", "aim", "refine")
         ),
         # A symmetric body whose drive swings, and any body whose loads do, with friction.
-        pytest.param("step", (False, False, True, True), marks=pytest.mark.nightly),
-        pytest.param("step", (False, True, True, True), marks=pytest.mark.nightly),
+        pytest.param("evaluate", (False, False, True, True), marks=pytest.mark.nightly),
+        pytest.param("evaluate", (False, True, True, True), marks=pytest.mark.nightly),
     ],
 )
 def test_the_loops_over_lanes_are_packed(name, kind):
@@ -53,6 +53,7 @@ def test_the_loops_over_lanes_are_packed(name, kind):
     clocks = clock.build(equations, steps, rk4=False)
     aim, refine = forecast.build(equations)
     routine, signature = {
+        "evaluate": (steps.evaluate, (nb.boolean,) + (ROW,) * 5),
         "step": (steps.step, (ROW,) * 9),
         "look": (steps.look, (ROW,) * 4),
         "take": (clocks.take, (ROW,) * 9 + (LIMITS, WHOLE, WHOLE)),
