@@ -14,10 +14,19 @@ import numpy as np
 from tolmc.kernels import jit, loops, tableaux
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.kernels.lanes import Layout, observer
-from tolmc.kernels.seen import SEEN
 from tolmc.kernels.steppers import Stepper, fused, stages
 from tolmc.kernels.system import System
-from tolmc.kernels.watchers import Watcher, contact_loss, energy, extrema, invariants, pose, step_error, together
+from tolmc.kernels.watchers import (
+    Watcher,
+    contact_loss,
+    energy,
+    extrema,
+    friction,
+    invariants,
+    pose,
+    step_error,
+    together,
+)
 from tolmc.kernels.watchers.between import between
 
 METHODS = {"rk8": tableaux.RK8, "rk4": tableaux.CLASSICAL}
@@ -31,7 +40,8 @@ def stepper_of(formulation: str, method: str, load: bool, forces: bool) -> tuple
     equations, layout = FORMULATIONS[formulation], Layout()
     tableau = tableaux.DORMAND_PRINCE if method == PUBLISHED else METHODS[method]
     # Fused, the long equations of a body of any shape would be compiled twelve times.
-    build_stepper = stages.build if equations.TORQUE or method == "rk4" else fused.build
+    is_long = equations.TORQUE and not equations.RUBS
+    build_stepper = stages.build if is_long or method == "rk4" else fused.build
     return build_stepper(tableau, equations, _plain(load), forces, layout), layout
 
 
@@ -101,17 +111,19 @@ def _watchers(system: System, forces: bool) -> list[Watcher]:
     if forces:
         polynomials = between(system)
         statistics = [extrema.watch(system, polynomials), step_error.watch(system, polynomials)]
-        watchers = [contact_loss.watch(system, polynomials), *statistics, *watchers]
+        rubbing = [friction.watch(system)] if system.equations.RUBS else []
+        watchers = [contact_loss.watch(system, polynomials), *statistics, *watchers, *rubbing]
     return [*watchers, invariants.angular_momentum(system), pose.watch(system)]
 
 
 def _parts(system: System) -> dict[str, object]:
     """What the loops need of a system, once all its rows are given out."""
-    equations, seen_rows = system.equations, system.layout.block(SEEN)
+    equations, seen_rows = system.equations, system.layout.block(system.seen)
     return {
         "prepare": equations.prepare, "start": equations.start, "observe_lane": system.observe,
         "state": equations.STATE, "torque": equations.TORQUE,
-        "step_once": system.stepper.step, "see": system.stepper.see, "seen_rows": seen_rows, "rows": system.layout.rows,
+        "step_once": system.stepper.step, "see": system.stepper.see, "seen_rows": seen_rows,
+        "what": system.seen, "at": system.at, "rows": system.layout.rows,
         "y_rows": system.y, "end_rows": system.end, "coef_rows": system.coef, "h_rows": system.h,
         "until": system.until, "bad_step": system.bad_step, "end_state": system.end_state, "end_seen": system.end_seen,
         "part_h": system.part_h,

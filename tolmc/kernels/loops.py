@@ -9,11 +9,13 @@ import numpy as np
 
 from tolmc.kernels.lanes import WIDTH, Run, lanes
 from tolmc.kernels.results import DIVERGED, END_TIME, MOMENTUM_ERROR, OK, STATUS, STEP_ERROR
-from tolmc.kernels.seen import ROWS, SEEN, STEPS, SUPPORT, WORK, Window, at
+from tolmc.kernels.seen import ROWS, STEPS, SUPPORT, WORK, Window
 
 #: Of the equations.
 prepare = start = observe_lane = None
 state = torque = None
+#: How much is seen at the end of a step, and the view of it in a window.
+what = at = None
 #: The step and the look, the watchers' functions, the projection on the energy.
 step_once = see = begin = look = scan = finish = project_energy = None
 #: Rows of the buffer, and how many there are.
@@ -54,7 +56,7 @@ def watch(raw, steps, duration, on_loss, project_energy, momentum, out):
     A motion of fewer steps goes on until the polynomials between its ends have the ends that they need.
     """
     run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, momentum, out)
-    work, states, seen = lanes(rows), lanes(ROWS * state), lanes(ROWS * SEEN)
+    work, states, seen = lanes(rows), lanes(ROWS * state), lanes(ROWS * what)
     coef, h, ends, seen_there, length = work[coef_rows], work[h_rows], work[end_state], work[end_seen], work[part_h]
     n, total = raw.shape[1], max(steps, SUPPORT - 1)
     for block in range(0, n, WIDTH):
@@ -92,15 +94,15 @@ def watch(raw, steps, duration, on_loss, project_energy, momentum, out):
                 break
             for m in range((row - tail + 1) * state * WIDTH):
                 states[m] = states[tail * state * WIDTH + m]
-            for m in range((row - tail) * SEEN * WIDTH):
-                seen[m] = seen[tail * SEEN * WIDTH + m]
+            for m in range((row - tail) * what * WIDTH):
+                seen[m] = seen[tail * what * WIDTH + m]
             first, row, head = first + tail, row - tail, 1
         for lane in range(WIDTH):
             if work[until + lane] >= steps and length[lane] == 0.0:
                 for c in range(state):
                     ends[c * WIDTH + lane] = states[((steps - first) * state + c) * WIDTH + lane]
-                for c in range(SEEN):
-                    seen_there[c * WIDTH + lane] = seen[((steps - first) * SEEN + c) * WIDTH + lane]
+                for c in range(what):
+                    seen_there[c * WIDTH + lane] = seen[((steps - first) * what + c) * WIDTH + lane]
         for lane in range(min(WIDTH, n - block)):
             i = block + lane
             out[STATUS, i], out[END_TIME, i], out[MOMENTUM_ERROR, i] = OK, duration, 0.0

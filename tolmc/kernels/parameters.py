@@ -2,7 +2,8 @@
 
 The last rows are no scalars of the scene. LOAD_ENERGY (J) is the size of its potential energy's variation: the scale of energy
 errors where the body hardly moves. COS_MEAN to SIN_HALF belong to half the sum and half the difference of the start angles, for
-the symmetric slope forms: taken once for a scene whose angles do not vary, they save each motion half a step's time.
+the symmetric slope forms: taken once for a scene whose angles do not vary, they save each motion half a step's time. HELD, the
+plan's, is 1 where a drive holds the spin rate of a motion with friction.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from __future__ import annotations
     TORQUE_TERM_1_X, TORQUE_TERM_1_Y, TORQUE_TERM_1_Z, TORQUE_TERM_1_FREQUENCY, TORQUE_TERM_1_PHASE,
     TORQUE_TERM_2_X, TORQUE_TERM_2_Y, TORQUE_TERM_2_Z, TORQUE_TERM_2_FREQUENCY, TORQUE_TERM_2_PHASE,
     DRIVE_AMPLITUDE, DRIVE_FREQUENCY, DRIVE_PHASE,
-) = range(73)  # fmt: skip
+    HELD,
+) = range(74)  # fmt: skip
 
-COUNT = 73
+COUNT = 74

@@ -6,6 +6,7 @@ so that what happens between two ends is covered by exact values on both sides.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,11 @@ N_D, N_E, W2, RATE_D, RATE_E, RATE_W2, KINETIC, ENERGY, SUM_D, SUM_D2, SUM_E, SU
     range(16)
 )
 SEEN = 16
+# With friction also its moment about the axis and that one's rate, again three rows after; how much faster than the slip speed
+# the slower contact slides, and how far the contact forces are from undetermined (positive: they are determined); of the step
+# from there the integrals of N |v| at both ends, of the heat, of the moment, of its size and of s.
+TORQUE, SLOW, MARGIN, RATE_TORQUE, SLIP_D, SLIP_E, HEAT, SUM_TORQUE, SUM_SIZE, SUM_S = range(SEEN, SEEN + 10)
+SEEN_RUBBING = SEEN + 10
 
 #: Rows of the polynomials between two ends: two ends on either side.
 SUPPORT = 4
@@ -30,7 +36,7 @@ ROWS = STEPS + SUPPORT + 1
 
 
 class Window(NamedTuple):
-    """Ends of steps ``first``, ``first`` + 1, ... of a block: ``states`` (row, state, lane), ``seen`` (row, SEEN, lane), flat.
+    """Ends of steps ``first``, ``first`` + 1, ... of a block: ``states`` (row, state, lane), ``seen`` (row, what, lane), flat.
 
     The watchers look at the intervals from row ``head`` to row ``tail`` + 1; ``last`` is the last row with what is seen.
     """
@@ -44,6 +50,16 @@ class Window(NamedTuple):
 
 
 @inlined
-def at(seen, row):
-    """What is seen at one row: (SEEN, lane), flat."""
-    return seen[row * SEEN * WIDTH : (row + 1) * SEEN * WIDTH]
+def of(seen, variable):
+    """Values and rates of one variable. As arrays of their own: a row known only at run time would be gathered lane by lane."""
+    return seen[variable * WIDTH : (variable + 1) * WIDTH], seen[(variable + 3) * WIDTH : (variable + 4) * WIDTH]
+
+
+def viewer(count: int) -> Callable:
+    """Function ``at(seen, row)``: what is seen at one row, (count, lane), flat."""
+
+    @inlined
+    def at(seen, row):
+        return seen[row * count * WIDTH : (row + 1) * count * WIDTH]
+
+    return at

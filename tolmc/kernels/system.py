@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import ModuleType
 
 from tolmc.kernels.lanes import Layout, observer
-from tolmc.kernels.seen import SEEN
+from tolmc.kernels.seen import SEEN, SEEN_RUBBING, viewer
 from tolmc.kernels.steppers import Stepper
 
 
@@ -23,6 +23,9 @@ class System:
     load: bool
     stepper: Stepper
     layout: Layout
+    #: How much is seen at the end of a step, and the view of it in a window.
+    seen: int
+    at: Callable
     #: What is observed of a lane: :func:`tolmc.kernels.lanes.observer`.
     observe: Callable
     #: Places of the states at a step's two ends, of the coefficients and of the step's length, as arrays.
@@ -45,11 +48,11 @@ class System:
     @classmethod
     def of(cls, equations: ModuleType, load: bool, stepper: Stepper, layout: Layout) -> System:
         """A system whose rows follow the stepper's."""
-        state = equations.STATE
+        state, seen = equations.STATE, SEEN_RUBBING if equations.RUBS else SEEN
         return cls(
-            equations, load, stepper, layout, observer(equations, load),
+            equations, load, stepper, layout, seen, viewer(seen), observer(equations, load),
             y=layout.block(state), end=layout.block(state), coef=layout.block(equations.COEFFICIENTS), h=layout.block(1),
             until=layout.row(), bad_step=layout.row(), energy_scale=layout.row(),
-            part_h=layout.block(1), part_start=layout.block(state), part_seen=layout.block(SEEN),
-            end_state=layout.block(state), end_seen=layout.block(SEEN),
+            part_h=layout.block(1), part_start=layout.block(state), part_seen=layout.block(seen),
+            end_state=layout.block(state), end_seen=layout.block(seen),
         )  # fmt: skip

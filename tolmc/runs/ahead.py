@@ -23,7 +23,7 @@ def kernel_ahead(study: Study) -> AbstractContextManager[None]:
 
 def _second(study: Study) -> Features | None:
     features = study_features(study)
-    if features.rubs or features.free:  # one-sided from their start: there is no other kernel
+    if features.alone:  # there is no other kernel
         return None
     if features.one_sided:
         return features

@@ -28,11 +28,11 @@ from tolmc.simulation.plan import Plan
 def compiled_ahead(features: Features, method: str, forces: bool) -> Iterator[None]:
     """Within the context another process compiles a kernel for scenes of these features, where it isn't on disk.
 
-    That is the one-sided kernel where they have one, the two-sided one elsewhere.
+    That is the one-sided kernel where they may need one, the two-sided one elsewhere.
     """
     name = (
         one_sided_engine.name_of(**one_sided.kind(features, method))
-        if features.one_sided
+        if features.one_sided or features.alone
         else engine.name_of(features.formulation, method, load=features.load, forces=forces)
     )
     # Where files have no locks for processes to wait by, the kernel would be compiled twice.
@@ -52,7 +52,7 @@ def compiled_ahead(features: Features, method: str, forces: bool) -> Iterator[No
 def _compile(features: Features, method: str, forces: bool) -> None:
     """The kernel, by integrating no motion at all."""
     plan, nothing = Plan("slope", method, 1, 1.0, features=features), np.empty((P.COUNT, 0))
-    if features.one_sided:
+    if features.one_sided or features.alone:
         one_sided.integrate(nothing, plan, 1.0)
     else:
         integrate(nothing, plan, forces, 1.0, "end", False)

@@ -38,12 +38,19 @@ class Features:
 
     @property
     def rubs(self) -> bool:
-        """Whether sliding counts, Omega is held or something swings: motions of the one-sided kernels from their start."""
+        """Whether sliding counts, Omega is held or something swings."""
         return self.friction or self.driven or self.wears or self.shaken
 
     @property
+    def alone(self) -> bool:
+        """Whether motions are the one-sided kernels' from their start: no formulation that keeps contact has what they need."""
+        return self.free or self.shaken or self.swings or (self.rubs and (self.general or self.exact))
+
+    @property
     def formulation(self) -> str:
-        """Name of the equations of motion in :data:`tolmc.kernels.formulations.FORMULATIONS`."""
+        """Name of the equations of motion that keep contact, in :data:`tolmc.kernels.formulations.FORMULATIONS`."""
+        if self.rubs:
+            return "slope_rubbing"
         section, body = "exact" if self.exact else "slope", "general" if self.general else "symmetric"
         return "slope_axial" if self.axial else f"{section}_{body}"
 

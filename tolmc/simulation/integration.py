@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from tolmc.kernels import engine, lanes
+from tolmc.kernels import parameters as P
 from tolmc.kernels import results as R
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.simulation import one_sided
@@ -34,16 +35,20 @@ def integrate(
 ) -> np.ndarray:
     """Results (R.RESULTS, n) of the columns of ``raw``, with a wall that only pushes where the plan has one."""
     out = np.empty((R.RESULTS, raw.shape[1])) if out is None else out
-    if plan.features.rubs or plan.features.free:
+    features = plan.features
+    if features.alone:
         out[:] = one_sided.integrate(raw, plan, duration)
         return out
-    if not plan.features.one_sided:
+    if not (features.one_sided or features.rubs):
         return _two_sided(raw, plan, forces, duration, on_contact_loss, project_energy, out)
-    # The forces are needed whoever asks for them: they say which motions leave the wall.
+    # The forces are needed whoever asks for them: they say which motions leave the wall, and friction follows them.
     _two_sided(raw, plan, True, duration, "end", project_energy, out)
     one_sided.never_left(out)
+    if features.rubs:
+        worn = raw[P.WEAR_COEFFICIENT] * (out[R.D_SLIP_WORK] + out[R.E_SLIP_WORK])
+        out[R.WEAR_RATE] = worn / np.where(out[R.END_TIME] > 0.0, out[R.END_TIME], 1.0)
     lost = out[R.STATUS] == R.CONTACT_LOST
-    if lost.any():
+    if features.one_sided and lost.any():
         out[:, lost] = one_sided.follow(raw[:, lost], plan, duration, out[:, lost])
     return out
 
@@ -56,8 +61,10 @@ def _two_sided(
     # The published forms' pilot must not take its steps from a formula that they don't have.
     method = engine.PUBLISHED if plan.formulation != "slope" and plan.method == "rk8" else plan.method
     kernel = engine.build(features.formulation, method, load=features.load, forces=forces)
-    on_loss = _ON_LOSS[on_contact_loss]
-    kernel(np.ascontiguousarray(raw), plan.steps, duration, on_loss, project_energy, features.momentum, out)
+    on_loss, raw = _ON_LOSS[on_contact_loss], np.ascontiguousarray(raw)
+    if features.rubs:
+        raw[P.HELD] = features.driven
+    kernel(raw, plan.steps, duration, on_loss, project_energy, features.momentum, out)
     out[R.STEP_ERROR] *= max(_OF_STATISTICS, plan.accuracy / _TRUSTED if math.isnan(plan.pilot_error) else 0.0)
     out[R.SPIN_ERROR] = 0.0  # where Omega is conserved, these equations have it as a constant
     return out

@@ -1,7 +1,6 @@
 """Motions that leave the wall: the samples that do, from the parameters to the same rows of results as all others.
 
-Without friction and drive the two-sided kernel runs first; only samples that lose contact, or start without it, are integrated
-here.
+Where a formulation keeps contact its two-sided kernel runs first; only samples that lose contact are integrated here.
 """
 
 from __future__ import annotations
@@ -119,6 +118,7 @@ def follow(raw: np.ndarray, plan: Plan, duration: float, held: np.ndarray) -> np
     found, counts = np.full((at.RESULTS, raw.shape[1]), np.nan), np.zeros(3, np.int64)
     _run(raw, plan, duration, found, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)), held)
     out, before = _results(found, raw, plan, duration), held[R.END_TIME]
+    touched = duration * (out[R.D_CLOSED_SHARE] + out[R.E_CLOSED_SHARE])
     for highest, share in ((R.D_MAX, R.D_CLOSED_SHARE), (R.E_MAX, R.E_CLOSED_SHARE)):
         lowest, mean, rms = range(highest + 1, highest + 4)
         closed = duration * out[share]
@@ -131,6 +131,8 @@ def follow(raw: np.ndarray, plan: Plan, duration: float, held: np.ndarray) -> np
         out[share] += before / duration
     out[R.TILT_MAX] = np.fmax(held[R.TILT_MAX], out[R.TILT_MAX])
     out[R.LOSS_TIME] = before
+    if plan.features.rubs:
+        _joined(out, held, raw, duration, touched)
     for error in (R.ENERGY_ERROR, R.MOMENTUM_ERROR):
         out[error] += held[error]
     out[R.CONSTRAINT_ERROR] = np.maximum(held[R.CONSTRAINT_ERROR], out[R.CONSTRAINT_ERROR])
@@ -186,9 +188,24 @@ def _rubbed(out: np.ndarray, found: np.ndarray, raw: np.ndarray, lasted: float |
     out[R.WEAR_RATE] = raw[P.WEAR_COEFFICIENT] * slip_work / lasted
 
 
+def _joined(out: np.ndarray, held: np.ndarray, raw: np.ndarray, duration: float, touched: np.ndarray) -> None:
+    """The rows of friction and drive from a motion's two parts; ``touched`` (s) is how long both ends touch in the second."""
+    before = held[R.END_TIME]
+    for largest in (R.FRICTION_TORQUE_MAX, R.DRIVE_TORQUE_MAX):
+        out[largest] = np.fmax(held[largest], out[largest])
+    for mean in (R.FRICTION_TORQUE_MEAN, R.FRICTION_POWER_MEAN, R.SLOW_SHARE, R.DRIVE_TORQUE_MEAN, R.DRIVE_POWER_MEAN):
+        out[mean] += held[mean] * before / duration
+    for work in (R.FRICTION_WORK, R.D_SLIP_WORK, R.E_SLIP_WORK):
+        out[work] += held[work]
+    turned = 2.0 * before * held[R.WHIRL_RATE_MEAN] + touched * np.nan_to_num(out[R.WHIRL_RATE_MEAN])
+    touched = touched + 2.0 * before
+    out[R.WHIRL_RATE_MEAN] = np.divide(turned, touched, out=np.full_like(touched, np.nan), where=touched > 0)
+    out[R.WEAR_RATE] = raw[P.WEAR_COEFFICIENT] * (out[R.D_SLIP_WORK] + out[R.E_SLIP_WORK]) / duration
+
+
 def never_left(results: np.ndarray) -> None:
     """The rows that impacts fill, of motions that stay on the wall."""
-    results[R.D_IMPACTS :] = 0.0
+    results[R.D_IMPACTS : R.IMPACT_LOSS + 1] = 0.0
     results[[R.D_CLOSED_SHARE, R.E_CLOSED_SHARE]] = 1.0
     results[R.FIRST_IMPACT] = np.nan
 

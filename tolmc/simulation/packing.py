@@ -56,6 +56,7 @@ def pack(
     if joint.any():
         inside = slice(None) if joint.all() else joint
         raw[P.RADIUS, inside] = geometry.effective_radius(large[inside], small[inside], length[inside])
+    raw[P.HELD] = 0.0
     raw[P.LOAD_ENERGY] = _load_energy(values, raw[P.RADIUS], length)
     alpha, beta = 0.5 * values["alpha"], 0.5 * values["beta"]
     with np.errstate(invalid="ignore"):  # an infinite angle is the sample's status to tell

@@ -26,12 +26,20 @@ What is listed in :data:`FORMULATIONS` is tested (order, energy, drift, twin, bi
 
 from __future__ import annotations
 
-from tolmc.kernels.formulations import exact_general, exact_symmetric, slope_axial, slope_general, slope_symmetric
+from tolmc.kernels.formulations import (
+    exact_general,
+    exact_symmetric,
+    slope_axial,
+    slope_general,
+    slope_rubbing,
+    slope_symmetric,
+)
 
 FORMULATIONS = {
     "slope_symmetric": slope_symmetric,
     "slope_axial": slope_axial,
     "slope_general": slope_general,
+    "slope_rubbing": slope_rubbing,
     "exact_symmetric": exact_symmetric,
     "exact_general": exact_general,
 }

@@ -15,6 +15,7 @@ from tolmc.kernels.jit import device
 STATE = section.STATE + 3
 COEFFICIENTS = 26
 TORQUE = True
+RUBS = False
 
 (
     _CLEARANCE, _JOURNAL, _LENGTH, _FORCE, _ENERGY,

@@ -12,6 +12,7 @@ from tolmc.kernels.jit import device
 STATE = section.STATE
 COEFFICIENTS = 13
 TORQUE = False
+RUBS = False
 
 _CLEARANCE, _JOURNAL, _Z, _INERTIA, _GYRO, _FX, _FY, _GX, _GY, _GZ, _LENGTH, _FORCE, _ENERGY = range(COEFFICIENTS)
 

@@ -15,6 +15,7 @@ from tolmc.kernels.jit import device
 STATE = 4  # cos(delta), sin(delta), P_s, P_d
 COEFFICIENTS = slope_symmetric.COEFFICIENTS
 TORQUE = False
+RUBS = False
 
 prepare = slope_symmetric.prepare
 

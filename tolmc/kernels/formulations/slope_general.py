@@ -20,6 +20,7 @@ from tolmc.kernels.jit import device
 STATE = 9  # D_x, D_y, E_x, E_y, a, b, cos chi, sin chi, Omega
 COEFFICIENTS = 26
 TORQUE = True
+RUBS = False
 
 (
     _R2, _INVERSE_R, _L, _INVERSE_RL, _MASS,

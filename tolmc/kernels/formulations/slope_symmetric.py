@@ -32,11 +32,12 @@ from tolmc.kernels.jit import device
 STATE = 6  # o_x, o_y, w_x, w_y, P_s, P_d
 COEFFICIENTS = 16
 TORQUE = False
+RUBS = False
 
 # Rows of the coefficients: kappa, 2 kappa, B, Z, kappa Z, Gamma, F/(m r), G_x/(m r L), G_z/(m r^2), m r/2, m r^2, r, and
 # the cosine and sine of the turn of the axes.
 (
-    _KAPPA, _KAPPA_2, _B, _Z, _KAPPA_Z, _GAMMA, _FX, _FY, _GX, _GZ, _HALF_FORCE, _ENERGY, _HALF_ENERGY, R, _COS, _SIN,
+    KAPPA, KAPPA_2, B, Z, KAPPA_Z, GAMMA, FX, FY, GX, GZ, HALF_FORCE, ENERGY, HALF_ENERGY, R, COS, SIN,
 ) = range(COEFFICIENTS)  # fmt: skip
 
 _TINY = 1e-140  # below it a vector has no direction: the squares of its components are no longer full numbers
@@ -49,10 +50,10 @@ def prepare(raw, i, coef, lane, width):
     z, z_force = raw[P.COM_Z, i], raw[P.POINT_Z, i] / mass
     per_inertia = 1.0 / (mass * length * length)
     kappa = (r / length) ** 2
-    coef[_KAPPA * width + lane], coef[_KAPPA_2 * width + lane] = kappa, 2.0 * kappa
-    coef[_B * width + lane] = raw[P.J_XX, i] * per_inertia
-    coef[_Z * width + lane], coef[_KAPPA_Z * width + lane] = z / length, kappa * z / length
-    coef[_GAMMA * width + lane] = raw[P.J_ZZ, i] * raw[P.SPIN_RATE, i] * per_inertia
+    coef[KAPPA * width + lane], coef[KAPPA_2 * width + lane] = kappa, 2.0 * kappa
+    coef[B * width + lane] = raw[P.J_XX, i] * per_inertia
+    coef[Z * width + lane], coef[KAPPA_Z * width + lane] = z / length, kappa * z / length
+    coef[GAMMA * width + lane] = raw[P.J_ZZ, i] * raw[P.SPIN_RATE, i] * per_inertia
     fx = (raw[P.GRAVITY_X, i] + raw[P.FORCE_X, i] / mass) / r
     fy = (raw[P.GRAVITY_Y, i] + raw[P.FORCE_Y, i] / mass) / r
     gx = (z * raw[P.GRAVITY_X, i] + z_force * raw[P.FORCE_X, i]) / (r * length)
@@ -63,20 +64,20 @@ def prepare(raw, i, coef, lane, width):
         cos_t, sin_t = gx / moment, gy / moment
     elif force > _TINY:
         cos_t, sin_t = fx / force, fy / force
-    coef[_FX * width + lane], coef[_FY * width + lane] = cos_t * fx + sin_t * fy, cos_t * fy - sin_t * fx
-    coef[_GX * width + lane] = moment
-    coef[_GZ * width + lane] = (z * raw[P.GRAVITY_Z, i] + z_force * raw[P.FORCE_Z, i]) / (r * r)
-    coef[_HALF_FORCE * width + lane] = 0.5 * mass * r
-    coef[_ENERGY * width + lane], coef[_HALF_ENERGY * width + lane] = mass * r * r, 0.5 * mass * r * r
+    coef[FX * width + lane], coef[FY * width + lane] = cos_t * fx + sin_t * fy, cos_t * fy - sin_t * fx
+    coef[GX * width + lane] = moment
+    coef[GZ * width + lane] = (z * raw[P.GRAVITY_Z, i] + z_force * raw[P.FORCE_Z, i]) / (r * r)
+    coef[HALF_FORCE * width + lane] = 0.5 * mass * r
+    coef[ENERGY * width + lane], coef[HALF_ENERGY * width + lane] = mass * r * r, 0.5 * mass * r * r
     coef[R * width + lane] = r
-    coef[_COS * width + lane], coef[_SIN * width + lane] = cos_t, sin_t
+    coef[COS * width + lane], coef[SIN * width + lane] = cos_t, sin_t
 
 
 @device
 def start(raw, i, y, coef, lane, width):
     """State at t = 0 from the polar angles and their rates."""
     cos_m, sin_m, cos_d, sin_d = raw[P.COS_MEAN, i], raw[P.SIN_MEAN, i], raw[P.COS_HALF, i], raw[P.SIN_HALF, i]
-    cos_t, sin_t = coef[_COS * width + lane], coef[_SIN * width + lane]
+    cos_t, sin_t = coef[COS * width + lane], coef[SIN * width + lane]
     cos_s, sin_s = cos_m * cos_t + sin_m * sin_t, sin_m * cos_t - cos_m * sin_t
     y[lane], y[width + lane] = cos_d * cos_s, cos_d * sin_s
     y[2 * width + lane], y[3 * width + lane] = -sin_d * sin_s, sin_d * cos_s
@@ -88,31 +89,49 @@ def momenta(raw, i, cos_d, sin_d, coef, lane, width):
     """P_s and P_d at t = 0 from the rates of the polar angles."""
     s = 0.5 * (raw[P.ALPHA_RATE, i] + raw[P.BETA_RATE, i])
     d = 0.5 * (raw[P.ALPHA_RATE, i] - raw[P.BETA_RATE, i])
-    p, q, inertia = cos_d * cos_d, sin_d * sin_d, coef[_B * width + lane]
-    y = 1.0 / (1.0 + coef[_KAPPA * width + lane] * q)
-    a12 = coef[_Z * width + lane] * math.sqrt(y) * (p * y + q)
+    p, q, inertia = cos_d * cos_d, sin_d * sin_d, coef[B * width + lane]
+    y = 1.0 / (1.0 + coef[KAPPA * width + lane] * q)
+    a12 = coef[Z * width + lane] * math.sqrt(y) * (p * y + q)
     return (p + inertia * q * y) * s + a12 * d, a12 * s + (q + inertia * p * y * y) * d
 
 
 @device
-def dynamics(
-    p, q, h, momentum_s, momentum_d, transverse, f_o, f_w, jf_o, jf_w, ox, wx, oy, wy, coef, lane, width, with_load
+def reduced(
+    p,
+    q,
+    h,
+    momentum_s,
+    momentum_d,
+    gamma,
+    transverse,
+    f_o,
+    f_w,
+    jf_o,
+    jf_w,
+    ox,
+    wx,
+    oy,
+    wy,
+    coef,
+    lane,
+    width,
+    with_load,
 ):
-    """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V) from the invariants p, q, h of a pose and the momenta.
+    """The equations without friction, from the invariants p, q, h of a pose, the momenta and Gamma.
 
-    The forces enter by f.o, f.w and the turned f.Jo, f.Jw with f = F/(m r); the pose itself only by its products with G_x;
-    without ``transverse`` load both play no part. With S, D = (lambda_D +- lambda_E)/(m r), the residuals of the equations
-    of motion along the radii,
+    (s, d, P_s', P_d', v_s, v_d, S_0, D_0, T, V): s' = (a22 v_s - a12 v_d)/det and d' = (a11 v_d - a12 v_s)/det; with S, D =
+    (lambda_D +- lambda_E)/(m r), the residuals of the equations of motion along the radii,
 
-        S = h (d' (B y^2 - 1) - Z kappa n q y s') - d^2 (p + B q y^2 (1 + 2 kappa p y)) - s^2 (p + B q y^2)
-            + Gamma n q y s - 2 Z n y s d - f.o - n y g.w + kappa n q y g_z
-        D = h (s' (1 - B y) - Z kappa n q y d') - 2 s d (q + B p y^2) + Gamma n p y d
-            - Z n (d^2 (p + q y (1 + 3 kappa p y)) + s^2) - f.w - n g.o
+        S = h (d' (B y^2 - 1) - Z kappa n q y s') + S_0,  D = h (s' (1 - B y) - Z kappa n q y d') + D_0
+        S_0 = Gamma n q y s - d^2 (p + B q y^2 (1 + 2 kappa p y)) - s^2 (p + B q y^2) - 2 Z n y s d
+              - f.o - n y g.w + kappa n q y g_z
+        D_0 = Gamma n p y d - 2 s d (q + B p y^2) - Z n (d^2 (p + q y (1 + 3 kappa p y)) + s^2) - f.w - n g.o
 
-    and N = -lambda sqrt(1 + kappa q^2), the same factor at both ends because D.e_h = -E.e_h. T without the constant
-    C Omega^2/2. N, J; what a caller does not use is not computed.
+    T without the constant C Omega^2/2; T, V over m r^2. The last are n, B y, B y^2 - 1, Z kappa n q y, and a11, a22, a12 with
+    the inverse of their determinant. The forces enter by f.o, f.w and the turned f.Jo, f.Jw with f = F/(m r); the pose itself
+    only by its products with G_x; without ``transverse`` load both play no part. What a caller does not use is not computed.
     """
-    kappa, inertia, z = coef[_KAPPA * width + lane], coef[_B * width + lane], coef[_Z * width + lane]
+    kappa, inertia, z = coef[KAPPA * width + lane], coef[B * width + lane], coef[Z * width + lane]
     y = 1.0 / (1.0 + kappa * q)
     n = math.sqrt(y)
     py, ny, zn = p * y, n * y, z * n
@@ -125,24 +144,24 @@ def dynamics(
 
     bend = iy2 * py
     a11_q = iy2 - 1.0
-    a22_q = -a11_q - coef[_KAPPA_2 * width + lane] * bend
-    a12_q2 = coef[_KAPPA_Z * width + lane] * ny * (q - 3.0 * py)
-    twist = coef[_GAMMA * width + lane] * ny
+    a22_q = -a11_q - coef[KAPPA_2 * width + lane] * bend
+    a12_q2 = coef[KAPPA_Z * width + lane] * ny * (q - 3.0 * py)
+    twist = gamma * ny
     force_s = 0.0
     force_d = 0.0
     tip = 0.0
     load_sum, load_difference, potential = 0.0, 0.0, 0.0
     if with_load:
-        axial = coef[_GZ * width + lane]
+        axial = coef[GZ * width + lane]
         kny = kappa * ny
         if transverse:
-            gx = coef[_GX * width + lane]
+            gx = coef[GX * width + lane]
             ngx = n * gx
             force_s = jf_o - ngx * wy
             force_d = jf_w - ngx * oy
             axial += gx * wx
             load_difference = f_w + ngx * ox
-            load_sum = f_o + ny * (gx * wx) - kny * q * coef[_GZ * width + lane]
+            load_sum = f_o + ny * (gx * wx) - kny * q * coef[GZ * width + lane]
             potential = -(f_o + n * axial)
         else:
             load_sum = -kny * q * axial
@@ -154,34 +173,42 @@ def dynamics(
 
     v_s = force_s - hd * (2.0 * a11_q * s + (a12_q2 * d - twist))
     v_d = force_d + h * (s * (a11_q * s - twist) - (a22_q * d * d + tip))
-    s_rate = (v_s * a22 - v_d * a12) * inverse
-    d_rate = (v_d * a11 - v_s * a12) * inverse
     qy = q * y
-    bow = kappa * zn * qy
     s2, d2 = s * s, d * d
     iqy2 = iy2 * q
-    kpy = coef[_KAPPA_2 * width + lane] * py
-    total = (
-        h * (d_rate * a11_q - bow * s_rate)
-        - d2 * (p + iqy2 * (1.0 + kpy))
-        - s2 * (p + iqy2)
-        + s * (twist * q - 2.0 * z * ny * d)
-        - load_sum
-    )
-    difference = (
-        h * (s_rate * (1.0 - iy) - bow * d_rate)
-        - 2.0 * s * d * a22
-        + twist * p * d
-        - zn * (d2 * (p + qy * (1.0 + 1.5 * kpy)) + s2)
-        - load_difference
-    )
-    half = coef[_HALF_FORCE * width + lane]
+    kpy = coef[KAPPA_2 * width + lane] * py
+    total = s * (twist * q - 2.0 * z * ny * d) - d2 * (p + iqy2 * (1.0 + kpy)) - s2 * (p + iqy2) - load_sum
+    difference = twist * p * d - 2.0 * s * d * a22 - zn * (d2 * (p + qy * (1.0 + 1.5 * kpy)) + s2) - load_difference
+    kinetic = 0.5 * (s * momentum_s + d * momentum_d)
+    return (
+        s, d, rate_s, rate_d, v_s, v_d, total, difference, kinetic, potential,
+        (n, iy, a11_q, kappa * zn * qy, a11, a22, a12, inverse),
+    )  # fmt: skip
+
+
+@device
+def dynamics(
+    p, q, h, momentum_s, momentum_d, transverse, f_o, f_w, jf_o, jf_w, ox, wx, oy, wy, coef, lane, width, with_load
+):
+    """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V), SI units, from what :func:`reduced` takes.
+
+    N = -lambda sqrt(1 + kappa q^2), the same factor at both ends because D.e_h = -E.e_h.
+    """
+    s, d, rate_s, rate_d, v_s, v_d, total, difference, kinetic, potential, elements = reduced(
+        p, q, h, momentum_s, momentum_d, coef[GAMMA * width + lane], transverse,
+        f_o, f_w, jf_o, jf_w, ox, wx, oy, wy, coef, lane, width, with_load,
+    )  # fmt: skip
+    _, iy, a11_q, bow, a11, a22, a12, inverse = elements
+    s_rate, d_rate = (v_s * a22 - v_d * a12) * inverse, (v_d * a11 - v_s * a12) * inverse
+    total += h * (d_rate * a11_q - bow * s_rate)
+    difference += h * (s_rate * (1.0 - iy) - bow * d_rate)
+    half = coef[HALF_FORCE * width + lane]
     lambda_d, lambda_e = half * (total + difference), half * (total - difference)
-    normal = math.sqrt(1.0 + kappa * q * q)
-    kinetic = coef[_HALF_ENERGY * width + lane] * (s * momentum_s + d * momentum_d)
+    normal = math.sqrt(1.0 + coef[KAPPA * width + lane] * q * q)
+    kinetic = coef[HALF_ENERGY * width + lane] * (s * momentum_s + d * momentum_d)
     return (
         s, d, rate_s, rate_d, -lambda_d * normal, -lambda_e * normal, lambda_d, lambda_e,
-        kinetic, coef[_ENERGY * width + lane] * potential,
+        kinetic, coef[ENERGY * width + lane] * potential,
     )  # fmt: skip
 
 
@@ -189,7 +216,7 @@ def dynamics(
 def evaluate(y, coef, lane, width, with_load):
     """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V, q) of one lane."""
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
-    fx, fy = coef[_FX * width + lane], coef[_FY * width + lane]
+    fx, fy = coef[FX * width + lane], coef[FY * width + lane]
     q = wx * wx + wy * wy
     s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential = dynamics(
         ox * ox + oy * oy, q, ox * wy - oy * wx, y[4 * width + lane], y[5 * width + lane], True,
@@ -249,10 +276,10 @@ def momentum(y, coef, lane, width):
 @device
 def momentum_about_z(p, q, momentum_s, coef, lane, width):
     """:func:`momentum` from the invariants of the pose and P_s."""
-    kappa, gamma, joule = coef[_KAPPA * width + lane], coef[_GAMMA * width + lane], coef[_ENERGY * width + lane]
+    kappa, gamma, joule = coef[KAPPA * width + lane], coef[GAMMA * width + lane], coef[ENERGY * width + lane]
     y = 1.0 / (1.0 + kappa * q)
     turned = joule * (momentum_s - gamma * q * y / (1.0 + math.sqrt(y)))
-    return turned, joule * (p + coef[_B * width + lane] * q * y), joule * abs(gamma) / kappa
+    return turned, joule * (p + coef[B * width + lane] * q * y), joule * abs(gamma) / kappa
 
 
 @device
@@ -267,7 +294,7 @@ def motion(y, coef, lane, width):
     """(O_x, O_y, u, v, O_x', O_y', u', v', 0, 0) of one lane, SI units, in the axes of the scene."""
     s, d, _, _, _, _, _, _, _, _, _ = evaluate(y, coef, lane, width, False)
     r = coef[R * width + lane]
-    cos_t, sin_t = r * coef[_COS * width + lane], r * coef[_SIN * width + lane]
+    cos_t, sin_t = r * coef[COS * width + lane], r * coef[SIN * width + lane]
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     ux, uy, vx, vy = -(s * oy + d * wy), s * ox + d * wx, -(s * wy + d * oy), s * wx + d * ox
     return (
@@ -281,7 +308,7 @@ def observe(y, coef, lane, width, with_load):
     """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane, SI units, in the axes of the scene."""
     _, _, _, _, n_d, n_e, lambda_d, lambda_e, kinetic, potential, q = evaluate(y, coef, lane, width, with_load)
     r = coef[R * width + lane]
-    cos_t, sin_t = r * coef[_COS * width + lane], r * coef[_SIN * width + lane]
+    cos_t, sin_t = r * coef[COS * width + lane], r * coef[SIN * width + lane]
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     return (
         cos_t * ox - sin_t * oy, sin_t * ox + cos_t * oy, cos_t * wx - sin_t * wy, sin_t * wx + cos_t * wy,

@@ -11,25 +11,39 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 
-from tolmc.kernels.jit import inlined, routine
+import numpy as np
+
+from tolmc.kernels.jit import device, inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout
 from tolmc.kernels.seen import (
     ENERGY,
     ERROR,
+    HEAT,
     KINETIC,
     LATE_D,
     LATE_E,
+    MARGIN,
     N_D,
     N_E,
     RATE_D,
     RATE_E,
+    RATE_TORQUE,
     RATE_W2,
+    SLIP_D,
+    SLIP_E,
+    SLOW,
     SUM_D,
+    SUM_S,
+    SUM_SIZE,
+    SUM_TORQUE,
+    TORQUE,
     W2,
     WORK,
 )
 from tolmc.kernels.tableaux import Tableau, weighted_sum
 
+#: What is sampled at a stage: N_D, N_E and a power; with friction also what rubs, in the order of :func:`rub_integrals`.
+SAMPLES, RUBBING = 3, 5
 #: Share of a step over which rates are taken: their error is 1e-6 of a quantity's change, of rounding 1e-10 of it.
 NUDGE = 2.0**-20
 
@@ -45,18 +59,46 @@ class Stepper:
 
 @dataclass(frozen=True)
 class Rows:
-    """Where a step works: the argument of a stage, the stages' increments h y', then N_D and N_E at them."""
+    """Where a step works: the argument of a stage, the stages' increments h y', then what is sampled at them."""
 
     argument: slice
     k: slice
-    #: First row of the forces in the array of the increments.
-    forces: int
+    #: First row of the samples in the array of the increments, and how many there are a stage.
+    samples: int
+    per_stage: int
 
     @classmethod
-    def of(cls, state: int, tableau: Tableau, layout: Layout) -> Rows:
+    def of(cls, equations: ModuleType, tableau: Tableau, layout: Layout) -> Rows:
         """Rows of one stepper."""
-        increments = tableau.stages * state
-        return cls(layout.block(state), layout.block(increments + 3 * tableau.stages), increments)
+        increments, per_stage = tableau.stages * equations.STATE, SAMPLES + (RUBBING if equations.RUBS else 0)
+        argument = layout.block(equations.STATE)
+        return cls(argument, layout.block(increments + per_stage * tableau.stages), increments, per_stage)
+
+
+def sampler(equations: ModuleType, forces: bool) -> Callable:
+    """Function ``sample(found, k, row, lane)``: what a right-hand side has found of one lane, as far as anyone sums it up."""
+    torque = equations.TORQUE
+
+    if equations.RUBS:
+
+        @device
+        def sample(found, k, row, lane):
+            n_d, n_e, _, _, _, power, slip_d, slip_e, heat, moment, s, _, _ = found
+            k[row + lane], k[row + WIDTH + lane], k[row + 2 * WIDTH + lane] = n_d, n_e, power
+            k[row + 3 * WIDTH + lane], k[row + 4 * WIDTH + lane], k[row + 5 * WIDTH + lane] = slip_d, slip_e, heat
+            k[row + 6 * WIDTH + lane], k[row + 7 * WIDTH + lane] = moment, s
+
+    else:
+
+        @device
+        def sample(found, k, row, lane):
+            n_d, n_e, _, _, _, power = found
+            if forces:
+                k[row + lane], k[row + WIDTH + lane] = n_d, n_e
+            if torque:
+                k[row + 2 * WIDTH + lane] = power
+
+    return sample
 
 
 def looker(equations: ModuleType, load: bool) -> Callable:
@@ -64,6 +106,8 @@ def looker(equations: ModuleType, load: bool) -> Callable:
 
     Rates are those along the motion, by a look a little way along the first stage: no formulation needs equations for them.
     """
+    if equations.RUBS:
+        return _rubbing_looker(equations, load)
     state, advance, observe, torque = equations.STATE, equations.advance, equations.observe, equations.TORQUE
 
     # Loops by themselves: with more arrays in one, LLVM's alias checks exceed their limit and the loop is scalar.
@@ -86,6 +130,33 @@ def looker(equations: ModuleType, load: bool) -> Callable:
     return look
 
 
+def _rubbing_looker(equations: ModuleType, load: bool) -> Callable:
+    """The same with what rubs: its powers stand at first where their integrals over the step will."""
+    state, advance, sense = equations.STATE, equations.advance, equations.sense
+
+    @routine
+    def look(y, coef, h, k, argument, seen):
+        for lane in range(WIDTH):
+            n_d, n_e, w2, kinetic, potential, power, slip_d, slip_e, heat, moment, s, slow, margin = advance(
+                y, coef, h[lane], k, 0, lane, WIDTH, load
+            )
+            seen[N_D * WIDTH + lane], seen[N_E * WIDTH + lane], seen[W2 * WIDTH + lane] = n_d, n_e, w2
+            seen[KINETIC * WIDTH + lane], seen[ENERGY * WIDTH + lane] = kinetic, kinetic + potential
+            seen[WORK * WIDTH + lane], seen[TORQUE * WIDTH + lane] = power, moment
+            seen[SLIP_D * WIDTH + lane], seen[SLIP_E * WIDTH + lane], seen[HEAT * WIDTH + lane] = slip_d, slip_e, heat
+            seen[SUM_S * WIDTH + lane], seen[SLOW * WIDTH + lane], seen[MARGIN * WIDTH + lane] = s, slow, margin
+        for m in range(state * WIDTH):
+            argument[m] = y[m] + NUDGE * k[m]
+        for lane in range(WIDTH):
+            n_d, n_e, w2, moment = sense(argument, coef, lane, WIDTH, load)
+            seen[RATE_D * WIDTH + lane] = (n_d - seen[N_D * WIDTH + lane]) / NUDGE
+            seen[RATE_E * WIDTH + lane] = (n_e - seen[N_E * WIDTH + lane]) / NUDGE
+            seen[RATE_W2 * WIDTH + lane] = (w2 - seen[W2 * WIDTH + lane]) / NUDGE
+            seen[RATE_TORQUE * WIDTH + lane] = (moment - seen[TORQUE * WIDTH + lane]) / NUDGE
+
+    return look
+
+
 def closing(tableau: Tableau, equations: ModuleType) -> Callable:
     """Function ``close(y, end, coef, k, seen)``: the step's end from all stages, projected, and the constraint error left."""
     state, project, step_end = equations.STATE, equations.project, weighted_sum(tableau.weights)
@@ -101,12 +172,12 @@ def closing(tableau: Tableau, equations: ModuleType) -> Callable:
     return close
 
 
-def integrals(tableau: Tableau, forces: bool, torque: bool, first: int) -> Callable:
+def integrals(tableau: Tableau, forces: bool, torque: bool, rows: Rows) -> Callable:
     """Function ``integrate(h, k, seen)``: integrals over the step by the method's own weights, of its order.
 
-    What was seen at the stages stands in k from row ``first`` on, three rows a stage; of the first stage in ``seen``.
+    What was seen at the stages stands in k, that of the first stage in ``seen``.
     """
-    stages, weights = tableau.stages, tableau.b
+    stages, weights, first, each = tableau.stages, tableau.b, rows.samples, rows.per_stage
 
     @inlined
     def integrate(h, k, seen):
@@ -117,22 +188,63 @@ def integrals(tableau: Tableau, forces: bool, torque: bool, first: int) -> Calla
                 e, e2 = weights[0] * n_e, weights[0] * n_e * n_e
                 for stage in range(1, stages):
                     if weights[stage] != 0.0:
-                        n_d = k[(first + 3 * stage) * WIDTH + lane]
-                        n_e = k[(first + 3 * stage + 1) * WIDTH + lane]
+                        n_d = k[(first + each * stage) * WIDTH + lane]
+                        n_e = k[(first + each * stage + 1) * WIDTH + lane]
                         d += weights[stage] * n_d
                         d2 += weights[stage] * n_d * n_d
                         e += weights[stage] * n_e
                         e2 += weights[stage] * n_e * n_e
                 seen[SUM_D * WIDTH + lane], seen[(SUM_D + 1) * WIDTH + lane] = h[lane] * d, h[lane] * d2
                 seen[(SUM_D + 2) * WIDTH + lane], seen[(SUM_D + 3) * WIDTH + lane] = h[lane] * e, h[lane] * e2
-                seen[LATE_D * WIDTH + lane] = k[(first + 3 * stages - 3) * WIDTH + lane]
-                seen[LATE_E * WIDTH + lane] = k[(first + 3 * stages - 2) * WIDTH + lane]
+                seen[LATE_D * WIDTH + lane] = k[(first + each * (stages - 1)) * WIDTH + lane]
+                seen[LATE_E * WIDTH + lane] = k[(first + each * (stages - 1) + 1) * WIDTH + lane]
         if torque:
             for lane in range(WIDTH):
                 work = weights[0] * seen[WORK * WIDTH + lane]
                 for stage in range(1, stages):
                     if weights[stage] != 0.0:
-                        work += weights[stage] * k[(first + 3 * stage + 2) * WIDTH + lane]
+                        work += weights[stage] * k[(first + each * stage + 2) * WIDTH + lane]
                 seen[WORK * WIDTH + lane] = h[lane] * work
+
+    return integrate
+
+
+def rub_integrals(tableau: Tableau, rows: Rows) -> Callable:
+    """Function ``integrate(h, k, seen)``: the same of N |v| at both ends, the heat, the moment and its size, and s."""
+    columns = np.array([stage for stage, weight in enumerate(tableau.b) if stage > 0 and weight != 0.0])
+    weights, terms, begun = np.array(tableau.b)[columns], len(columns), tableau.b[0]
+    first, each = rows.samples + SAMPLES, rows.per_stage
+
+    # Short loops one after the other: LLVM unrolls the sum of a long one too late to pack it.
+    @routine
+    def integrate(h, k, seen):
+        for lane in range(WIDTH):
+            total = begun * seen[SLIP_D * WIDTH + lane]
+            for t in range(terms):
+                total += weights[t] * k[(first + each * columns[t]) * WIDTH + lane]
+            seen[SLIP_D * WIDTH + lane] = h[lane] * total
+        for lane in range(WIDTH):
+            total = begun * seen[SLIP_E * WIDTH + lane]
+            for t in range(terms):
+                total += weights[t] * k[(first + each * columns[t] + 1) * WIDTH + lane]
+            seen[SLIP_E * WIDTH + lane] = h[lane] * total
+        for lane in range(WIDTH):
+            total = begun * seen[HEAT * WIDTH + lane]
+            for t in range(terms):
+                total += weights[t] * k[(first + each * columns[t] + 2) * WIDTH + lane]
+            seen[HEAT * WIDTH + lane] = h[lane] * total
+        for lane in range(WIDTH):
+            moment = begun * seen[TORQUE * WIDTH + lane]
+            size = begun * abs(seen[TORQUE * WIDTH + lane])
+            for t in range(terms):
+                there = k[(first + each * columns[t] + 3) * WIDTH + lane]
+                moment += weights[t] * there
+                size += weights[t] * abs(there)
+            seen[SUM_TORQUE * WIDTH + lane], seen[SUM_SIZE * WIDTH + lane] = h[lane] * moment, h[lane] * size
+        for lane in range(WIDTH):
+            total = begun * seen[SUM_S * WIDTH + lane]
+            for t in range(terms):
+                total += weights[t] * k[(first + each * columns[t] + 4) * WIDTH + lane]
+            seen[SUM_S * WIDTH + lane] = h[lane] * total
 
     return integrate

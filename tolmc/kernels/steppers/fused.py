@@ -1,7 +1,7 @@
 """A step whose stages have their argument and right-hand side in one loop over the lanes.
 
 Sums wait for memory, right-hand sides for arithmetic; in one loop they overlap, and a step takes a tenth less. For equations
-short enough to be compiled once a stage: those of a symmetric body, which no torque turns.
+short enough to be compiled once a stage: those of a symmetric body.
 """
 
 from __future__ import annotations
@@ -10,16 +10,17 @@ from types import ModuleType
 
 from tolmc.kernels.jit import device, inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout
-from tolmc.kernels.steppers import Rows, Stepper, closing, integrals, looker
+from tolmc.kernels.steppers import Rows, Stepper, closing, integrals, looker, rub_integrals, sampler
 from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 
 def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, layout: Layout) -> Stepper:
-    """Stepper by ``tableau`` for equations without a torque."""
-    rows, close = Rows.of(equations.STATE, tableau, layout), closing(tableau, equations)
+    """Stepper by ``tableau`` for short equations."""
+    rows, close, rubs = Rows.of(equations, tableau, layout), closing(tableau, equations), equations.RUBS
     argument_rows, k_rows = rows.argument, rows.k
-    look, integrate = looker(equations, load), integrals(tableau, forces, torque=False, first=rows.forces)
-    stages = _in_order([_stage(tableau, equations, load, forces, number, rows.forces)
+    look, integrate = looker(equations, load), integrals(tableau, forces, equations.TORQUE, rows)
+    integrate_rubbing = rub_integrals(tableau, rows)
+    stages = _in_order([_stage(tableau, equations, load, forces, number, rows)
                         for number in range(1 if forces else 0, tableau.stages)])  # fmt: skip
 
     @routine
@@ -39,6 +40,8 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
         through_stages(y, end, coef, h, k, argument, seen)
         if forces:
             finish(h, k, seen)
+        if rubs:
+            integrate_rubbing(h, k, seen)
 
     @inlined
     def see(y, coef, h, seen, work):
@@ -47,20 +50,20 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     return Stepper(tableau, step, see)
 
 
-def _stage(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, number: int, forces_row: int):
+def _stage(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, number: int, rows: Rows):
     """One stage: its argument's sum over the stages before, its right-hand side, and the forces where they have a weight."""
     state, advance, argument_at = equations.STATE, equations.advance, weighted_sum(tableau.rows[number])
     size, watched = state * WIDTH, forces and tableau.weights.get(number, 0.0) != 0.0
-    seen_at = (forces_row + 3 * number) * WIDTH
+    seen_at, sample = (rows.samples + rows.per_stage * number) * WIDTH, sampler(equations, forces)
 
     @device
     def stage(y, k, argument, coef, h):
         for lane in range(WIDTH):
             for c in range(state):
                 argument[c * WIDTH + lane] = argument_at(y, k, size, c * WIDTH + lane)
-            n_d, n_e, _, _, _, _ = advance(argument, coef, h[lane], k, number * size, lane, WIDTH, load)
+            found = advance(argument, coef, h[lane], k, number * size, lane, WIDTH, load)
             if watched:
-                k[seen_at + lane], k[seen_at + WIDTH + lane] = n_d, n_e
+                sample(found, k, seen_at, lane)
 
     return stage
 

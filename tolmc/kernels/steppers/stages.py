@@ -7,7 +7,7 @@ from types import ModuleType
 from tolmc.kernels.jit import inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout
 from tolmc.kernels.seen import WORK
-from tolmc.kernels.steppers import Rows, Stepper, closing, integrals, looker
+from tolmc.kernels.steppers import Rows, Stepper, closing, integrals, looker, rub_integrals, sampler
 from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 
@@ -15,20 +15,18 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     """Stepper by ``tableau`` for any equations."""
     state, stages = equations.STATE, tableau.stages
     advance, torque, close = equations.advance, equations.TORQUE, closing(tableau, equations)
-    size, rows = state * WIDTH, Rows.of(state, tableau, layout)
-    argument_rows, k_rows, forces_row, start = rows.argument, rows.k, rows.forces, 1 if forces else 0
+    size, rows, start = state * WIDTH, Rows.of(equations, tableau, layout), 1 if forces else 0
+    argument_rows, k_rows, samples_row, each = rows.argument, rows.k, rows.samples, rows.per_stage
+    rubs, sample = equations.RUBS, sampler(equations, forces)
     stage_argument = _arguments(tableau, size)
-    look, integrate = looker(equations, load), integrals(tableau, forces, torque, rows.forces)
+    look, integrate = looker(equations, load), integrals(tableau, forces, torque, rows)
+    integrate_rubbing = rub_integrals(tableau, rows)
 
     # On its own, for LLVM to see arrays and not parts of one: two written and three read, whose overlaps it checks.
     @routine
-    def right_hand_sides(argument, coef, h, k, sample):
+    def right_hand_sides(argument, coef, h, k, samples):
         for lane in range(WIDTH):
-            n_d, n_e, _, _, _, power = advance(argument, coef, h[lane], k, 0, lane, WIDTH, load)
-            if forces:
-                sample[lane], sample[WIDTH + lane] = n_d, n_e
-            if torque:
-                sample[2 * WIDTH + lane] = power
+            sample(advance(argument, coef, h[lane], k, 0, lane, WIDTH, load), samples, 0, lane)
 
     @routine
     def finish(y, end, coef, k, seen):
@@ -38,18 +36,20 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     def sum_up(h, k, seen):
         if torque and not forces:
             for lane in range(WIDTH):
-                seen[WORK * WIDTH + lane] = k[(forces_row + 2) * WIDTH + lane]
+                seen[WORK * WIDTH + lane] = k[(samples_row + 2) * WIDTH + lane]
         integrate(h, k, seen)
 
     @routine
     def through_stages(y, end, coef, h, k, argument, seen):
         for stage in range(start, stages):
             stage_argument(stage, y, k, argument)
-            row = (forces_row + 3 * stage) * WIDTH
-            right_hand_sides(argument, coef, h, k[stage * size : (stage + 1) * size], k[row : row + 3 * WIDTH])
+            row = (samples_row + each * stage) * WIDTH
+            right_hand_sides(argument, coef, h, k[stage * size : (stage + 1) * size], k[row : row + each * WIDTH])
         finish(y, end, coef, k, seen)
         if forces or torque:
             sum_up(h, k, seen)
+        if rubs:
+            integrate_rubbing(h, k, seen)
 
     @inlined
     def step(y, end, coef, h, seen, work):

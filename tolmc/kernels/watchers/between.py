@@ -16,7 +16,7 @@ import numpy as np
 from tolmc.kernels.interpolation import through
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
-from tolmc.kernels.seen import ROWS, SEEN, SUPPORT, at
+from tolmc.kernels.seen import ROWS, SUPPORT, of
 from tolmc.kernels.system import System
 
 _DEGREES = 2 * SUPPORT
@@ -25,6 +25,9 @@ _NEWTON = 5
 _ATTEMPTS = 12
 #: What may be left of a maximum, as a share of the quantity's size, when it is added by the parabola there.
 _LEFT = 1e-8
+#: By how many times the miss of a polynomial's value its curvature may be wrong: in the middle of an interval 18, where it
+#: vanishes with the square of the distance to an end 2 over that square (a Hermite polynomial's error); three times as much.
+_BENT, _BENT_BESIDE = 60.0, 6.0
 #: Sum of both rates, over the change between two ends, up to which the values are taken to change one way.
 _MONOTONE = 2.5
 #: How near an end of an interval a maximum is doubted that leaves half of the rate there, as a share of a step.
@@ -114,7 +117,7 @@ class Between:
 
 def between(system: System) -> Between:
     """The functions for one system; they stand in its kernel once."""
-    layout, state = system.layout, system.equations.STATE
+    layout, state, what, at = system.layout, system.equations.STATE, system.seen, system.at
     step, see = system.stepper.step, system.stepper.see
     fits, full = _fits(), system.h
     terms, limit_row, top_row, x_row = layout.block(_DEGREES), layout.row(), layout.row(), layout.row()
@@ -123,10 +126,10 @@ def between(system: System) -> Between:
     at_row, curve_row, guess_row, low_row, high_row, before_row, rate_row, busy_row = (layout.row() for _ in range(8))
     after_row = layout.row()
     # The row before which a lane's motion ends, of the candidate whose interval stands as -1.
-    last_row, middle_seen = layout.row(), layout.block(SEEN)
+    last_row, middle_seen = layout.row(), layout.block(what)
     part_start, part_seen, part_h, end_seen = system.part_start, system.part_seen, system.part_h, system.end_seen
     start_rows, trial_rows, h_rows = layout.block(state), layout.block(state), layout.block(1)
-    step_seen, trial_seen = layout.block(SEEN), layout.block(SEEN)
+    step_seen, trial_seen = layout.block(what), layout.block(what)
 
     @routine
     def fit(window, interval, variable, sign, work):
@@ -138,10 +141,7 @@ def between(system: System) -> Between:
             term[m] = 0.0
         for node in range(SUPPORT):
             row = at(window.seen, base + node)
-            values, rates = (
-                row[variable * WIDTH : (variable + 1) * WIDTH],
-                row[(variable + 3) * WIDTH : (variable + 4) * WIDTH],
-            )
+            values, rates = of(row, variable)
             for power in range(_DEGREES):
                 by_value, by_rate = sign * fits[offset, power, node], sign * fits[offset, power, node + SUPPORT]
                 here = term[power * WIDTH : (power + 1) * WIDTH]
@@ -151,14 +151,13 @@ def between(system: System) -> Between:
     @routine
     def ends_only(from_, to, sign, variable, work):
         """Cubics in place of polynomials that are not finite."""
-        term, first, second = work[terms], variable * WIDTH, (variable + 3) * WIDTH
+        term, (v0, r0), (v1, r1) = work[terms], of(from_, variable), of(to, variable)
         for lane in range(WIDTH):
             total = 0.0
             for power in range(_DEGREES):
                 total += abs(term[power * WIDTH + lane])
             finite = total < np.inf
-            n0, n1 = sign * from_[first + lane], sign * to[first + lane]
-            m0, m1 = sign * from_[second + lane], sign * to[second + lane]
+            n0, n1, m0, m1 = sign * v0[lane], sign * v1[lane], sign * r0[lane], sign * r1[lane]
             # In x - 1/2.
             c0, c1 = 0.5 * (n0 + n1) + 0.125 * (m0 - m1), 1.5 * (n1 - n0) - 0.25 * (m0 + m1)
             c2, c3 = 0.5 * (m1 - m0), m0 + m1 - 2.0 * (n1 - n0)
@@ -205,12 +204,11 @@ def between(system: System) -> Between:
 
         Whether a lane has one it says itself: what becomes of it must not depend on its neighbours.
         """
-        first, second = variable * WIDTH, (variable + 3) * WIDTH
+        (v0, r0), (v1, r1) = of(from_, variable), of(to, variable)
         for lane in range(WIDTH):
             t, u = x[lane], x[lane] - 0.5
             p = value_at(term, u, lane)
-            n0, n1 = sign * from_[first + lane], sign * to[first + lane]
-            m0, m1 = sign * from_[second + lane], sign * to[second + lane]
+            n0, n1, m0, m1 = sign * v0[lane], sign * v1[lane], sign * r0[lane], sign * r1[lane]
             rise = n1 - n0
             # The rates promise a maximum, whether or not the polynomial has one.
             inside = (t > 1e-9) & (t < limit[lane] - 1e-9)
@@ -218,10 +216,10 @@ def between(system: System) -> Between:
             bend = curve[lane] if inside else m1 - m0
             cubic = n0 + t * (m0 + t * (3.0 * rise - 2.0 * m0 - m1 + t * (m0 + m1 - 2.0 * rise)))
             # A force peaks as the inverse of a distance: its inverse is the smoother one where a peak is narrow.
-            r0, r1 = 1.0 / (n0 if n0 > 0.0 else 1.0), 1.0 / (n1 if n1 > 0.0 else 1.0)
-            s0, s1 = -m0 * r0 * r0, -m1 * r1 * r1
-            fall = r1 - r0
-            inverse = r0 + t * (s0 + t * (3.0 * fall - 2.0 * s0 - s1 + t * (s0 + s1 - 2.0 * fall)))
+            i0, i1 = 1.0 / (n0 if n0 > 0.0 else 1.0), 1.0 / (n1 if n1 > 0.0 else 1.0)
+            s0, s1 = -m0 * i0 * i0, -m1 * i1 * i1
+            fall = i1 - i0
+            inverse = i0 + t * (s0 + t * (3.0 * fall - 2.0 * s0 - s1 + t * (s0 + s1 - 2.0 * fall)))
             narrow = 1.0 / (inverse if inverse > 0.0 else 1.0)
             narrow = narrow if inverse > 0.0 else np.inf
             narrow = narrow if (n0 > 0.0) & (n1 > 0.0) else cubic
@@ -265,19 +263,15 @@ def between(system: System) -> Between:
     def estimate_last(run, window, variable, sign, until, k, work):
         """The end of the whole step is no end of the motion: beyond it the forces may do anything."""
         candidate, known, length = work[candidates][4 * k * WIDTH : 4 * (k + 1) * WIDTH], work[best], work[part_h]
-        from_, middle, to = work[part_seen], work[middle_seen], work[end_seen]
-        first, second = variable * WIDTH, (variable + 3) * WIDTH
+        (v0, r0), (v1, r1) = of(work[part_seen], variable), of(work[middle_seen], variable)
+        v2, r2 = of(work[end_seen], variable)
         work[intervals][k] = -1.0
         for lane in range(WIDTH):
             # Of the start the rates are those of the part, of the others those of a whole step.
             share, row = length[lane] / run.step_length, np.ceil(until[lane]) - 1.0 - window.first
             half = 0.5 * share
-            n0, n1, n2 = sign * from_[first + lane], sign * middle[first + lane], sign * to[first + lane]
-            m0, m1, m2 = (
-                0.5 * sign * from_[second + lane],
-                half * sign * middle[second + lane],
-                half * sign * to[second + lane],
-            )
+            n0, n1, n2 = sign * v0[lane], sign * v1[lane], sign * v2[lane]
+            m0, m1, m2 = 0.5 * sign * r0[lane], half * sign * r1[lane], half * sign * r2[lane]
             top_1, top_2 = highest(n0, n1, m0, m1), highest(n1, n2, m1, m2)
             late = top_2 > top_1
             a, b, top = m1 if late else m0, m2 if late else m1, max(top_1, top_2)
@@ -328,9 +322,9 @@ def between(system: System) -> Between:
     def begin_at(window, variable, sign, work):
         """The rates at the two ends beside every lane's place."""
         for lane in range(WIDTH):
-            rate = (int(work[at_row + lane]) * SEEN + variable + 3) * WIDTH + lane
+            rate = (int(work[at_row + lane]) * what + variable + 3) * WIDTH + lane
             work[before_row + lane], work[rate_row + lane] = 0.0, sign * window.seen[rate]
-            work[after_row + lane] = sign * window.seen[rate + SEEN * WIDTH]
+            work[after_row + lane] = sign * window.seen[rate + what * WIDTH]
 
     @routine
     def learn(attempt, variable, sign, until, first, work):
@@ -340,11 +334,11 @@ def between(system: System) -> Between:
         Near an end where the value still changes as it does there is no maximum, whatever the polynomial says: beyond the loss
         of contact the ends that it goes through may be anything.
         """
-        seen, size, known, open_ = work[trial_seen], work[scale], work[best], 0
+        (values, rates), size, known, open_ = of(work[trial_seen], variable), work[scale], work[best], 0
         found, where, left = work[value], work[place], work[doubt]
         for lane in range(WIDTH):
             x, bend = work[x_row + lane], work[curve_row + lane]
-            n, m = sign * seen[variable * WIDTH + lane], sign * seen[(variable + 3) * WIDTH + lane]
+            n, m = sign * values[lane], sign * rates[lane]
             before, was = work[before_row + lane], work[rate_row + lane]
             low = 0.0 if attempt == 0 else work[low_row + lane]
             high = min(1.0, until[lane] - first - work[at_row + lane]) if attempt == 0 else work[high_row + lane]
@@ -358,16 +352,22 @@ def between(system: System) -> Between:
             bend = 0.0 if (attempt == 0) & same & (abs(m) > _LEFT * size[lane]) else bend
             moved = x - m / (bend if bend < 0.0 else -1.0)
             moved = moved if (moved > low) & (moved < high) & (bend < 0.0) else 0.5 * (low + high)
-            gain = 0.5 * m * (moved - x)
-            is_known = (attempt > 0) | (abs(n - work[guess_row + lane]) <= _TRUSTED * size[lane])
+            gain, miss = 0.5 * m * (moved - x), abs(n - work[guess_row + lane])
+            is_known = (attempt > 0) | (miss <= _TRUSTED * size[lane])
             busy = work[busy_row + lane] > 0.0
-            done = (gain <= _LEFT * size[lane]) & is_known
+            # The gain is wrong by what the curvature is, which misses as the value does, next to an end by more.
+            beside = min(x, 1.0 - x)
+            share = (
+                miss * (_BENT + _BENT_BESIDE / (beside * beside)) / abs(bend) if (attempt == 0) & (bend < 0.0) else 1.0
+            )
+            rest = gain * (share if share < 1.0 else 1.0)
+            done = (rest <= _LEFT * size[lane]) & is_known
             better = busy & (n > found[lane])
             where[lane] = work[at_row + lane] + x if better else where[lane]
             found[lane] = n if better else found[lane]
             found[lane] = n + gain if busy & done & (n + gain > found[lane]) else found[lane]
             # Where the maximum turns out to be at the interval's end its value is known.
-            left[lane] = (gain if n + gain > known[lane] else 0.0) if busy else left[lane]
+            left[lane] = (rest if n + gain > known[lane] else 0.0) if busy else left[lane]
             going = busy & ~done
             work[before_row + lane], work[rate_row + lane], work[curve_row + lane] = x, m, bend
             work[low_row + lane], work[high_row + lane] = low, high

@@ -13,7 +13,7 @@ from tolmc.kernels.jit import routine
 from tolmc.kernels.lanes import WIDTH, yes
 from tolmc.kernels.results import CONTACT_LOST, CONTINUE, END_TIME, LOSS_TIME, OK, STATUS
 from tolmc.kernels.results import STATE as LOST_STATE
-from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, SEEN, at
+from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
 from tolmc.kernels.watchers.between import Between, highest
@@ -24,9 +24,9 @@ _TIGHT = 4e-16  # share of a step to which the instant is found
 
 def watch(system: System, between: Between) -> Watcher:
     """Watcher of the loss; it ends the motion of the lanes that have one, as ``run.on_loss`` says."""
-    layout, state = system.layout, system.equations.STATE
+    layout, state, at = system.layout, system.equations.STATE, system.at
     time, place, sooner_rows = layout.row(), layout.row(), layout.block(1)
-    survey, locate = _survey(time, place), _locate(system, place, time)
+    survey, locate = _survey(system, time, place), _locate(system, place, time)
     estimate, choose, follow = between.estimate, between.choose, between.follow
     best_rows, value_rows, place_rows, scale_rows = between.best, between.value, between.place, between.scale
 
@@ -36,31 +36,37 @@ def watch(system: System, between: Between) -> Watcher:
             work[time + lane] = np.inf
 
     @routine
-    def set_size(window, first, work):
+    def set_size(window, variable, work):
         """The size of the force, by which its minima are found exactly: the largest value at an end."""
         size = work[scale_rows]
         size[:] = 0.0
         for row in range(window.head, window.tail + 2):
-            seen = at(window.seen, row)
+            values, _ = of(at(window.seen, row), variable)
             for lane in range(WIDTH):
-                value = abs(seen[first + lane])
+                value = abs(values[lane])
                 size[lane] = value if (value > size[lane]) & (value < np.inf) else size[lane]
 
     @routine
     def near_zero(here, after, variable):
         """How many lanes' force may come near zero at all; most intervals of most motions need no closer look."""
-        near, value, rate = 0, variable * WIDTH, (variable + 3) * WIDTH
+        (n0, m0), (n1, m1), near = of(here, variable), of(after, variable), 0
         for lane in range(WIDTH):
-            steepest = max(abs(here[rate + lane]), abs(after[rate + lane]))
-            near += min(here[value + lane], after[value + lane]) < steepest
+            near += min(n0[lane], n1[lane]) < max(abs(m0[lane]), abs(m1[lane]))
         return near
+
+    @routine
+    def dips(here, after, variable, reached, sooner):
+        """How many lanes' force may fall below zero between two ends, before what is sought."""
+        (n0, m0), (n1, m1), below = of(here, variable), of(after, variable), 0
+        for lane in range(WIDTH):
+            below += (highest(-n0[lane], -n1[lane], -m0[lane], -m1[lane]) > 0.0) & (reached <= sooner[lane])
+        return below
 
     @routine
     def look_between(run, window, variable, coef, work):
         """Minima of one force between ends that lie below zero, before the first place known to be negative."""
         sooner, best, value, where = work[sooner_rows], work[best_rows], work[value_rows], work[place_rows]
         count = np.int64(0)  # a literal would compile what it is handed to once more
-        first = variable * WIDTH
         for lane in range(WIDTH):
             # Nothing is sought in a lane that has lost contact, nor after the end that shows it: within the interval before, a
             # force may have turned negative and positive again.
@@ -71,20 +77,11 @@ def watch(system: System, between: Between) -> Watcher:
             here, after = at(window.seen, row), at(window.seen, row + 1)
             if near_zero(here, after, variable) == 0:
                 continue
-            below = 0
-            for lane in range(WIDTH):
-                n0, n1, m0, m1 = (
-                    here[first + lane],
-                    after[first + lane],
-                    here[first + 3 * WIDTH + lane],
-                    after[first + 3 * WIDTH + lane],
-                )
-                below += (highest(-n0, -n1, -m0, -m1) > 0.0) & (window.first + row + 1.0 <= sooner[lane])
-            if below > 0:
+            if dips(here, after, variable, window.first + row + 1.0, sooner) > 0:
                 estimate(window, row, variable, -1.0, sooner, count, work)
                 count += 1
         if count > 0:
-            set_size(window, first, work)
+            set_size(window, variable, work)
         while count > 0 and choose(count, yes(), work) > 0:
             follow(run, window, variable, -1.0, sooner, coef, work)
             for lane in range(WIDTH):
@@ -119,8 +116,9 @@ def watch(system: System, between: Between) -> Watcher:
     return Watcher(begin=begin, scan=scan, finish=finish)
 
 
-def _survey(time: int, place: int):
+def _survey(system: System, time: int, place: int):
     """First row at which a force is negative (inf: none), of lanes that have not lost contact."""
+    at = system.at
 
     @routine
     def survey(window, work):
@@ -140,10 +138,10 @@ def _locate(system: System, place: int, time: int):
 
     Newton's rule with the force's own rate, within a bracket that every trial narrows; where it leaves that, the middle.
     """
-    layout, state, until = system.layout, system.equations.STATE, system.until
+    layout, state, what, until = system.layout, system.equations.STATE, system.seen, system.until
     step, see, full = system.stepper.step, system.stepper.see, system.h
     start_rows, trial_rows, h_rows = layout.block(state), layout.block(state), layout.block(1)
-    seen_rows, trial_seen = layout.block(SEEN), layout.block(SEEN)
+    seen_rows, trial_seen = layout.block(what), layout.block(what)
     low, high, share, row_of, busy = (layout.row() for _ in range(5))
     end_rows, end_seen, part_start, part_seen, part_h = (
         system.end_state, system.end_seen, system.part_start, system.part_seen, system.part_h
@@ -222,7 +220,7 @@ def _locate(system: System, place: int, time: int):
                             trial[c * WIDTH + lane],
                             start[c * WIDTH + lane],
                         )
-                    for c in range(SEEN):
+                    for c in range(what):
                         last[c * WIDTH + lane], parts[c * WIDTH + lane] = (
                             seen_there[c * WIDTH + lane],
                             seen[c * WIDTH + lane],

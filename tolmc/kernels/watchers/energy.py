@@ -13,7 +13,7 @@ from tolmc.kernels import parameters as P
 from tolmc.kernels.jit import device, once, routine
 from tolmc.kernels.lanes import WIDTH, observer
 from tolmc.kernels.results import ENERGY_CORRECTION, ENERGY_ERROR
-from tolmc.kernels.seen import ENERGY, KINETIC, WORK, at
+from tolmc.kernels.seen import ENERGY, KINETIC, WORK
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher, no_scan
 
@@ -48,7 +48,7 @@ def watch(system: System, windows: bool) -> Watcher:
 
     With ``windows`` it reads the energy at every step's end from what is seen there.
     """
-    equations, load, layout = system.equations, system.load, system.layout
+    equations, load, layout, at = system.equations, system.load, system.layout, system.at
     observe, torque, until, bad_step = system.observe, equations.TORQUE, system.until, system.bad_step
     first, done, counted, error, scale = (*(layout.row() for _ in range(4)), system.energy_scale)
     target_rows, correction_rows, part_h = layout.block(1), layout.block(1), system.part_h

@@ -1,4 +1,4 @@
-"""Extrema, means and root mean squares of the contact forces, and the largest tilt.
+"""Extrema, means and root mean squares of the contact forces, the largest tilt, and with friction its largest moment.
 
 Means are quadratures with the method's own weights. Extrema are maxima over continuous time: values at the ends of steps are
 exact, and every maximum between ends that may lie above the largest value known is made exact.
@@ -11,21 +11,35 @@ import math
 import numpy as np
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import routine
+from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH, no
-from tolmc.kernels.results import CONTINUE, D_MAX, D_MEAN, D_MIN, D_RMS, LOSS_TIME, TILT_MAX
-from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, RATE_W2, ROWS, SUM_D, W2, at
+from tolmc.kernels.results import (
+    CONTINUE,
+    D_MAX,
+    D_MEAN,
+    D_MIN,
+    D_RMS,
+    DRIVE_TORQUE_MAX,
+    FRICTION_TORQUE_MAX,
+    LOSS_TIME,
+    TILT_MAX,
+)
+from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, RATE_TORQUE, RATE_W2, ROWS, SUM_D, TORQUE, W2, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
 from tolmc.kernels.watchers.between import Between, highest, turns
 
-QUANTITIES = 5  # N_D, -N_D, N_E, -N_E, |w|^2: of all of them maxima are sought
+# Maxima are sought of N_D, -N_D, N_E, -N_E, |w|^2; -|w|^2, which nobody asks for, has its place; then of friction's moment
+# about the axis either way, of which the larger counts.
+QUANTITIES, QUANTITIES_RUBBING, UNASKED, MOMENT = 5, 8, 5, 6
 
 
 def watch(system: System, between: Between) -> Watcher:
     """Watcher of the statistics up to where a lane's motion ends."""
-    layout, until, part_h = system.layout, system.until, system.part_h
-    top_rows, largest, integrals = layout.block(QUANTITIES + 1), layout.row(), layout.block(4)
+    layout, until, part_h, at = system.layout, system.until, system.part_h, system.at
+    rubs, count_all = system.equations.RUBS, QUANTITIES_RUBBING if system.equations.RUBS else QUANTITIES
+    asked, variables = (1 << count_all) - 1 & ~(1 << UNASKED), 4 if rubs else 3
+    top_rows, largest, integrals = layout.block(max(count_all, UNASKED + 1)), layout.row(), layout.block(4)
     mask_rows, length_row, ended = layout.block(-(-ROWS // WIDTH)), layout.row(), layout.row()
     end_rows, part_rows = system.end_seen, system.part_seen
     estimate, choose, follow = between.estimate, between.choose, between.follow
@@ -54,6 +68,10 @@ def watch(system: System, between: Between) -> Watcher:
             tops[2 * WIDTH + lane] = e if counts & (e > tops[2 * WIDTH + lane]) else tops[2 * WIDTH + lane]
             tops[3 * WIDTH + lane] = -e if counts & (-e > tops[3 * WIDTH + lane]) else tops[3 * WIDTH + lane]
             tops[4 * WIDTH + lane] = w2 if counts & (w2 > tops[4 * WIDTH + lane]) else tops[4 * WIDTH + lane]
+            if rubs:
+                moment = abs(seen[TORQUE * WIDTH + lane])
+                moment = moment if counts & (moment > tops[MOMENT * WIDTH + lane]) else tops[MOMENT * WIDTH + lane]
+                tops[MOMENT * WIDTH + lane] = tops[(MOMENT + 1) * WIDTH + lane] = moment
             size = max(abs(d), abs(e))
             big[lane] = size if counts & (size > big[lane]) else big[lane]
 
@@ -75,8 +93,8 @@ def watch(system: System, between: Between) -> Watcher:
 
     @routine
     def turning(here, after):
-        """How many lanes' N_D, N_E and |w|^2 turn within an interval."""
-        d, e, w = 0, 0, 0
+        """How many lanes' N_D, N_E, |w|^2 and moment turn within an interval."""
+        d, e, w, t = 0, 0, 0, 0
         for lane in range(WIDTH):
             d += turns(
                 here[N_D * WIDTH + lane],
@@ -96,33 +114,46 @@ def watch(system: System, between: Between) -> Watcher:
                 here[RATE_W2 * WIDTH + lane],
                 after[RATE_W2 * WIDTH + lane],
             )
-        return d, e, w
+            if rubs:
+                t += turns(
+                    here[TORQUE * WIDTH + lane],
+                    after[TORQUE * WIDTH + lane],
+                    here[RATE_TORQUE * WIDTH + lane],
+                    after[RATE_TORQUE * WIDTH + lane],
+                )
+        return d, e, w, t
+
+    @device
+    def row_of(variable):
+        """The row of a variable in what is seen; its rate stands three rows after."""
+        return variable if variable < 3 else TORQUE
 
     @routine
     def promising(here, after, variable, begun, until, tops):
         """Whether an interval may hold the largest (bit 0), the smallest (bit 1) value of one variable in any lane."""
-        up, down, value, rate = 0, 0, variable * WIDTH, (variable + 3) * WIDTH
+        (n0, m0), (n1, m1), up, down = of(here, row_of(variable)), of(after, row_of(variable)), 0, 0
+        most, least = tops[2 * variable * WIDTH : (2 * variable + 1) * WIDTH], tops[(2 * variable + 1) * WIDTH :]
         for lane in range(WIDTH):
             counts = begun < until[lane]
-            n0, n1, m0, m1 = here[value + lane], after[value + lane], here[rate + lane], after[rate + lane]
-            up += (highest(n0, n1, m0, m1) > tops[2 * value + lane]) & counts
-            down += (highest(-n0, -n1, -m0, -m1) > tops[2 * value + WIDTH + lane]) & counts
+            up += (highest(n0[lane], n1[lane], m0[lane], m1[lane]) > most[lane]) & counts
+            down += (highest(-n0[lane], -n1[lane], -m0[lane], -m1[lane]) > least[lane]) & counts
         return (1 if up > 0 else 0) + (2 if down > 0 else 0)
 
     @routine
     def mask_of(here, after, begun, until, tops):
         """Of which quantities an interval may hold the maximum in any lane, a bit each."""
         counts, mask = turning(here, after), 0
-        for variable in range(3):
+        for variable in range(variables):
             if counts[variable] > 0:
                 mask |= promising(here, after, variable, begun, until, tops) << 2 * variable
-        return mask & (1 << QUANTITIES) - 1
+        return mask & asked
 
     @routine
     def climb(run, window, quantity, bit, ends_here, coef, work):
         """The exact maximum of one quantity."""
-        variable, sign = quantity // 2, -1.0 if quantity % 2 == 1 else 1.0
-        masks, top = work[mask_rows], work[top_rows][quantity * WIDTH : (quantity + 1) * WIDTH]
+        variable, sign = row_of(quantity // 2), -1.0 if quantity % 2 == 1 else 1.0
+        masks, tops = work[mask_rows], work[top_rows]
+        top = tops[quantity * WIDTH : (quantity + 1) * WIDTH]
         best, value, scale, ends = work[best_rows], work[value_rows], work[scale_rows], work[until_rows]
         doubt = work[doubt_rows]
         for lane in range(WIDTH):
@@ -143,6 +174,8 @@ def watch(system: System, between: Between) -> Watcher:
                 work[unsure + lane] = max(work[unsure + lane], doubt[lane] if quantity < 4 else 0.0)
         for lane in range(WIDTH):
             top[lane] = best[lane]
+            if rubs and quantity >= MOMENT:
+                tops[MOMENT * WIDTH + lane] = tops[(MOMENT + 1) * WIDTH + lane] = best[lane]
 
     @routine
     def scan(run, block, window, coef, work):
@@ -172,8 +205,9 @@ def watch(system: System, between: Between) -> Watcher:
             news |= mask
         if ending > 0:
             halve(coef, work)
-        for quantity in range(QUANTITIES):
-            if (news >> quantity) & 1 or ending > 0:
+        sought = asked if ending > 0 else news
+        for quantity in range(count_all):
+            if (sought >> quantity) & 1:
                 climb(run, window, quantity, 1 << quantity, ending > 0, coef, work)
 
     @routine
@@ -200,6 +234,9 @@ def watch(system: System, between: Between) -> Watcher:
                     mean, square = sums[2 * side * WIDTH + lane] / span, sums[(2 * side + 1) * WIDTH + lane] / span
                 run.out[D_MAX + 4 * side, i], run.out[D_MIN + 4 * side, i] = highest, lowest
                 run.out[D_MEAN + 4 * side, i], run.out[D_RMS + 4 * side, i] = mean, math.sqrt(max(square, 0.0))
+            if rubs:
+                run.out[FRICTION_TORQUE_MAX, i] = tops[MOMENT * WIDTH + lane]
+                run.out[DRIVE_TORQUE_MAX, i] = run.raw[P.HELD, i] * tops[MOMENT * WIDTH + lane]
             run.out[TILT_MAX, i] = math.atan(math.sqrt(tops[4 * WIDTH + lane]) / work[length_row + lane])
 
     return Watcher(begin=begin, scan=scan, finish=finish)

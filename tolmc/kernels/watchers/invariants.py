@@ -7,7 +7,7 @@ import math
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.results import CONSTRAINT_ERROR, MOMENTUM_ERROR
-from tolmc.kernels.seen import ERROR, at
+from tolmc.kernels.seen import ERROR
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher, no_look, no_scan
 
@@ -15,7 +15,7 @@ from tolmc.kernels.watchers import Watcher, no_look, no_scan
 def constraints(system: System, windows: bool) -> Watcher:
     """Watcher of the largest constraint error left after a projection."""
     largest, until, part_h = system.layout.row(), system.until, system.part_h
-    part_seen = system.part_seen
+    part_seen, at = system.part_seen, system.at
 
     @routine
     def begin(run, block, y, coef, work):

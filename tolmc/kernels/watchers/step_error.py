@@ -10,7 +10,7 @@ from __future__ import annotations
 from tolmc.kernels.jit import routine
 from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.results import CONTINUE, D_MAX, D_MIN, D_RMS, E_MAX, E_MIN, LOSS_TIME, STEP_ERROR
-from tolmc.kernels.seen import LATE_D, LATE_E, N_D, N_E, SEEN, SUM_D, at
+from tolmc.kernels.seen import LATE_D, LATE_E, N_D, N_E, SUM_D
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
 from tolmc.kernels.watchers.between import Between
@@ -18,15 +18,15 @@ from tolmc.kernels.watchers.between import Between
 
 def watch(system: System, between: Between) -> Watcher:
     """Watcher of the roughest step's error, or of what is left of an extremum, relative to the largest contact force."""
-    layout, state, until = system.layout, system.equations.STATE, system.until
+    layout, state, what, at, until = system.layout, system.equations.STATE, system.seen, system.at, system.until
     step, see, full, unsure = system.stepper.step, system.stepper.see, system.h, between.unsure
     roughest, row_of, length_rows = layout.row(), layout.row(), layout.block(1)
     start_rows, middle_rows = layout.block(state), layout.block(state)
     force_rows, sum_rows, seen_rows, other_rows = (
         layout.block(2),
         layout.block(4),
-        layout.block(SEEN),
-        layout.block(SEEN),
+        layout.block(what),
+        layout.block(what),
     )
     end_seen, part_start, part_seen, part_h = system.end_seen, system.part_start, system.part_seen, system.part_h
 
@@ -64,9 +64,9 @@ def watch(system: System, between: Between) -> Watcher:
                 for c in range(state):
                     start[c * WIDTH + lane] = window.states[(row * state + c) * WIDTH + lane]
                 for side in range(2):
-                    forces[side * WIDTH + lane] = window.seen[((row + 1) * SEEN + N_D + side) * WIDTH + lane]
+                    forces[side * WIDTH + lane] = window.seen[((row + 1) * what + N_D + side) * WIDTH + lane]
                 for c in range(4):
-                    sums[c * WIDTH + lane] = window.seen[(row * SEEN + SUM_D + c) * WIDTH + lane]
+                    sums[c * WIDTH + lane] = window.seen[(row * what + SUM_D + c) * WIDTH + lane]
 
     @routine
     def last_parts(work):

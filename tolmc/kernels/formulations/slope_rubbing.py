@@ -1,0 +1,243 @@
+"""The symmetric body of :mod:`slope_symmetric` with friction at both rims, free to spin or driven.
+
+With kappa_1 = r/L, q' = sqrt(1 + kappa q^2), rho = r*/(r q') and e = kappa_1 n h, the contact points slide along the axis and
+around it with
+
+    v_e = e (s + rho (s - d)),  v_b = -(s + d) n q' - Omega r*/r     at D,
+    v_e = -e (s + rho (s + d)), v_b = -(s - d) n q' - Omega r*/r     at E
+
+in units of r, and the friction per unit normal force is F = -mu v/sqrt(|v|^2 + slip^2) (regularised Coulomb). By the same
+virtual velocities it works on s, d and Omega; along the radii it adds, at D and at E, to the residuals S and D
+
+    -F_e e rho q/h + F_b g,  F_e e (q - rho p)/h + F_b g   and   -F_e e rho q/h - F_b g,  -F_e e (q - rho p)/h + F_b g,
+
+g = kappa n q h/q'. The normal forces that the motion would have without friction are therefore those that it has times a matrix
+K, which is 1 without friction: N_0 = K N. The matrix of the contacts' accelerations is A = A_0 K, A_0 that without friction.
+"""
+
+from __future__ import annotations
+
+import math
+
+from tolmc.kernels import parameters as P
+from tolmc.kernels.formulations import slope_symmetric as plain
+from tolmc.kernels.jit import device
+from tolmc.kernels.roots import inverse_root
+
+STATE, SPIN = 7, 6  # o_x, o_y, w_x, w_y, P_s, P_d, Omega r*/r
+COEFFICIENTS = plain.COEFFICIENTS + 8
+TORQUE = True
+RUBS = True
+
+# rho* = r*/r, C/(m L^2 rho*), -m r^2 rho*^2/C where the spin is free, -1/rho* where a drive holds it, mu, the square of the
+# slip speed over r, r/L, and 1/(B - Z^2).
+_ROUND, _GYRO, _SPUN, _HELD, _MU, _SLIP, _KAPPA_1, _INVERSE_B = range(plain.COEFFICIENTS, COEFFICIENTS)
+
+
+@device
+def prepare(raw, i, coef, lane, width):
+    """Coefficients of lane ``lane`` from column ``i`` of the parameters."""
+    plain.prepare(raw, i, coef, lane, width)
+    r, length, mass = raw[P.RADIUS, i], raw[P.HALF_LENGTH, i], raw[P.MASS, i]
+    spin, held, round_ = raw[P.J_ZZ, i], raw[P.HELD, i], raw[P.JOURNAL_RADIUS, i] / r
+    coef[_ROUND * width + lane], coef[_GYRO * width + lane] = round_, spin / (mass * length * length * round_)
+    coef[_SPUN * width + lane] = -mass * (r * round_) ** 2 / spin if spin > 0.0 and held == 0.0 else 0.0
+    coef[_HELD * width + lane] = -held / round_
+    coef[_MU * width + lane], coef[_SLIP * width + lane] = raw[P.FRICTION, i], (raw[P.SLIP_SPEED, i] / r) ** 2
+    coef[_KAPPA_1 * width + lane] = r / length
+    coef[_INVERSE_B * width + lane] = 1.0 / (coef[plain.B * width + lane] - coef[plain.Z * width + lane] ** 2)
+
+
+@device
+def start(raw, i, y, coef, lane, width):
+    """State at t = 0 from the polar angles, their rates and the spin rate."""
+    plain.start(raw, i, y, coef, lane, width)
+    y[SPIN * width + lane] = raw[P.SPIN_RATE, i] * coef[_ROUND * width + lane]
+
+
+@device
+def pressed(p, q, k1, coef, lane, width):
+    """(a_DD, a_EE, a_DE) of A_0 = G M^-1 G^T by the equations in o and w, both rows of unit size; k1 = Z n.
+
+    With s = P^-1 f_w - k1 f_o for f = (D, D): a_w = (1 + kappa q)(s - i_2 (w.s) w)/(B - Z^2), a_o = f_o - k1 P a_w; at E the
+    same with -w, and so with -k1, in place of w.
+    """
+    kappa, z2 = coef[plain.KAPPA * width + lane], coef[plain.Z * width + lane] ** 2
+    g = 1.0 + kappa * q
+    i1, i2 = g * coef[_INVERSE_B * width + lane], z2 * kappa / (coef[plain.B * width + lane] * g - z2)
+    ky = kappa / g
+    own, ws = 1.0 - k1 + kappa * q * q, q * (1.0 - k1) + kappa * q * q
+    other = (1.0 - k1) * (p - q) - kappa * q * q
+    wa = i1 * ws * (1.0 - i2 * q)
+    da, ea = i1 * (own - i2 * ws * q), i1 * (other + i2 * ws * q)
+    a_dd = 1.0 + (1.0 - k1) * da + k1 * ky * q * wa
+    a_de = p - q - (1.0 + k1) * ea - k1 * ky * q * wa
+    own, ws = 1.0 + k1 + kappa * q * q, q * (1.0 + k1) + kappa * q * q
+    wa = i1 * ws * (1.0 - i2 * q)
+    a_ee = 1.0 + (1.0 + k1) * i1 * (own - i2 * ws * q) - k1 * ky * q * wa
+    return a_dd, a_ee, a_de
+
+
+@device
+def evaluate(y, coef, lane, width, with_load):
+    """All that is known of one lane.
+
+    (s, d, P_s', P_d', friction's force around the axis, N_D, N_E, T, V, q) with forces over m r and T, V over m r^2; (|v_D|^2,
+    |v_E|^2, the power of friction over m r^2); (p, k1 and the elements of K).
+    """
+    ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+    turn = y[SPIN * width + lane]
+    fx, fy = coef[plain.FX * width + lane], coef[plain.FY * width + lane]
+    p, q, h = ox * ox + oy * oy, wx * wx + wy * wy, ox * wy - oy * wx
+    kappa, kappa_1, round_ = (
+        coef[plain.KAPPA * width + lane],
+        coef[_KAPPA_1 * width + lane],
+        coef[_ROUND * width + lane],
+    )
+    kq = kappa * q
+    s, d, rate_s, rate_d, v_s, v_d, total, difference, kinetic, potential, elements = plain.reduced(
+        p, q, h, y[4 * width + lane], y[5 * width + lane], coef[_GYRO * width + lane] * turn, True,
+        fx * ox + fy * oy, fx * wx + fy * wy, fy * ox - fx * oy, fy * wx - fx * wy,
+        ox, wx, oy, wy, coef, lane, width, with_load,
+    )  # fmt: skip
+    n, iy, a11_q, bow, a11, a22, a12, inverse = elements
+    normal = math.sqrt(1.0 + kq * q)
+    inverse_normal = 1.0 / normal
+    rho, kn, nh = round_ * inverse_normal, kappa_1 * n, n * h
+    e, over = kn * h, nh * inverse_normal
+    further, around, half = e * rho, n * normal, 0.5 * normal
+    near = e + further
+    by_s, by_d = near * s, further * d
+    ve_d, ve_e = by_s - by_d, -(by_s + by_d)
+    by_s, by_d = -around * s - turn, around * d
+    vb_d, vb_e = by_s - by_d, by_s + by_d
+    v2_d, v2_e = ve_d * ve_d + vb_d * vb_d, ve_e * ve_e + vb_e * vb_e
+    # Friction per unit N and velocity, times half of the normal's length.
+    slip, size = coef[_SLIP * width + lane], -coef[_MU * width + lane] * half
+    f_d, f_e = size * inverse_root(v2_d + slip), size * inverse_root(v2_e + slip)
+
+    # Generalised forces Q_s, Q_d of each contact for a unit f; what such forces add to S + D and to S - D.
+    by_e, by_b = further * ve_d, around * vb_d
+    qs_d, qd_d = near * ve_d - by_b, -(by_e + by_b)
+    by_e, by_b = further * ve_e, around * vb_e
+    qs_e, qd_e = -(near * ve_e + by_b), by_b - by_e
+    hi, level, cross = h * inverse, 1.0 - iy, bow * a12
+    sum_s, sum_d = -bow * a22 - a11_q * a12, a11_q * a11 + cross
+    gap_s, gap_d = level * a22 + cross, -bow * a11 - level * a12
+    plus_s, plus_d = hi * (sum_s + gap_s), hi * (sum_d + gap_d)
+    minus_s, minus_d = hi * (sum_s - gap_s), hi * (sum_d - gap_d)
+    # Their parts along the radii, with p + q = 1.
+    own, other, g = kn * (rho - q), kn * (q + rho * (q - p)), (kq + kq) * over
+    k_dd = 1.0 + f_d * (plus_s * qs_d + plus_d * qd_d + own * ve_d - g * vb_d)
+    k_ed = f_d * (minus_s * qs_d + minus_d * qd_d + other * ve_d)
+    k_de = f_e * (plus_s * qs_e + plus_d * qd_e + other * ve_e)
+    k_ee = 1.0 + f_e * (minus_s * qs_e + minus_d * qd_e + own * ve_e + g * vb_e)
+    plus = total + difference + plus_s * v_s + plus_d * v_d
+    minus = total - difference + minus_s * v_s + minus_d * v_d
+    per_k = -1.0 / (k_dd * k_ee - k_de * k_ed)
+    n_d, n_e = (k_ee * plus - k_de * minus) * per_k, (k_dd * minus - k_ed * plus) * per_k
+    drag_d, drag_e = n_d * f_d, n_e * f_e
+    rate_s += drag_d * qs_d + drag_e * qs_e
+    rate_d += drag_d * qd_d + drag_e * qd_e
+    pull = drag_d * vb_d + drag_e * vb_e
+    return (
+        (s, d, rate_s, rate_d, pull, half * n_d, half * n_e, kinetic, potential, q),
+        (v2_d, v2_e, drag_d * v2_d + drag_e * v2_e),
+        (p, coef[plain.Z * width + lane] * n, k_dd, k_de, k_ed, k_ee),
+    )  # fmt: skip
+
+
+@device
+def energies(kinetic, potential, turn, coef, lane, width):
+    """T and V, J, that of the spin with them."""
+    joule = coef[plain.ENERGY * width + lane]
+    inertia = coef[_GYRO * width + lane] / (coef[plain.KAPPA * width + lane] * coef[_ROUND * width + lane])
+    kinetic += 0.5 * inertia * turn * turn
+    return joule * kinetic, joule * potential
+
+
+@device
+def advance(y, coef, h, k, first, lane, width, with_load):
+    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V, the power of friction and drive, and what rubs.
+
+    That is: the slip powers N |v| at both ends, the heat, friction's moment about the axis, s, the margin by which the
+    slower contact is faster than the slip speed, and the one by which the forces are determined.
+    """
+    motion_, rub, press = evaluate(y, coef, lane, width, with_load)
+    s, d, rate_s, rate_d, pull, n_d, n_e, kinetic, potential, q = motion_
+    v2_d, v2_e, loss = rub
+    ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+    both, half = h * s, h * d
+    k[first + lane] = -(both * oy + half * wy)
+    k[first + width + lane] = both * ox + half * wx
+    k[first + 2 * width + lane] = -(both * wy + half * oy)
+    k[first + 3 * width + lane] = both * wx + half * ox
+    k[first + 4 * width + lane] = h * rate_s
+    k[first + 5 * width + lane] = h * rate_d
+    k[first + SPIN * width + lane] = h * (coef[_SPUN * width + lane] * pull)
+    r, newton = coef[plain.R * width + lane], 2.0 * coef[plain.HALF_FORCE * width + lane]
+    joule = coef[plain.ENERGY * width + lane]
+    turn = y[SPIN * width + lane]
+    kinetic, potential = energies(kinetic, potential, turn, coef, lane, width)
+    heat, moment = -joule * loss, -joule * coef[_ROUND * width + lane] * pull
+    power = coef[_HELD * width + lane] * moment * turn - heat
+    slip = math.sqrt(coef[_SLIP * width + lane])
+    slow = math.sqrt(min(v2_d, v2_e)) - slip
+    p, k1, k_dd, k_de, k_ed, k_ee = press
+    a_dd, a_ee, a_de = pressed(p, q, k1, coef, lane, width)
+    margin = min(a_dd * k_dd + a_de * k_ed, a_de * k_de + a_ee * k_ee)
+    margin = min(margin, (a_dd * a_ee - a_de * a_de) * (k_dd * k_ee - k_de * k_ed))
+    return (
+        newton * n_d, newton * n_e, r * r * q, kinetic, potential, power,
+        joule * n_d * math.sqrt(v2_d), joule * n_e * math.sqrt(v2_e), heat, moment, s, slow, margin,
+    )  # fmt: skip
+
+
+@device
+def sense(y, coef, lane, width, with_load):
+    """N_D, N_E, |w|^2 and friction's moment about the axis."""
+    motion_, _, _ = evaluate(y, coef, lane, width, with_load)
+    _, _, _, _, pull, n_d, n_e, _, _, q = motion_
+    r, newton = coef[plain.R * width + lane], 2.0 * coef[plain.HALF_FORCE * width + lane]
+    moment = -coef[plain.ENERGY * width + lane] * coef[_ROUND * width + lane] * pull
+    return newton * n_d, newton * n_e, r * r * q, moment
+
+
+project = plain.project
+momentum = plain.momentum
+
+
+@device
+def scale_speeds(y, factor, lane, width):
+    """Multiply the speeds, and so the momenta, by ``factor``."""
+    plain.scale_speeds(y, factor, lane, width)
+    y[SPIN * width + lane] *= factor
+
+
+@device
+def spin_rate(y, coef, lane, width):
+    """Omega of one lane."""
+    return y[SPIN * width + lane] / coef[_ROUND * width + lane]
+
+
+@device
+def motion(y, coef, lane, width):
+    """(O_x, O_y, u, v, O_x', O_y', u', v', 0, Omega) of one lane, SI units, in the axes of the scene."""
+    x, z, u, v, x_rate, z_rate, u_rate, v_rate, _, _ = plain.motion(y, coef, lane, width)
+    return x, z, u, v, x_rate, z_rate, u_rate, v_rate, 0.0, spin_rate(y, coef, lane, width)
+
+
+@device
+def observe(y, coef, lane, width, with_load):
+    """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane, SI units, in the axes of the scene."""
+    motion_, _, _ = evaluate(y, coef, lane, width, with_load)
+    _, _, _, _, _, n_d, n_e, kinetic, potential, q = motion_
+    kinetic, potential = energies(kinetic, potential, y[SPIN * width + lane], coef, lane, width)
+    r, newton = coef[plain.R * width + lane], 2.0 * coef[plain.HALF_FORCE * width + lane]
+    per_normal = -1.0 / math.sqrt(1.0 + coef[plain.KAPPA * width + lane] * q * q)
+    cos_t, sin_t = r * coef[plain.COS * width + lane], r * coef[plain.SIN * width + lane]
+    ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+    return (
+        cos_t * ox - sin_t * oy, sin_t * ox + cos_t * oy, cos_t * wx - sin_t * wy, sin_t * wx + cos_t * wy,
+        newton * n_d, newton * n_e, newton * per_normal * n_d, newton * per_normal * n_e, kinetic, potential, r * r * q,
+    )  # fmt: skip
