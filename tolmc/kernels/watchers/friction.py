@@ -57,14 +57,14 @@ def watch(system: System) -> Watcher:
             work[slow + lane], work[failed + lane] = 0.0, np.inf
 
     @routine
-    def add(seen, after, reached, until, step_length, sums, slow_time):
+    def add(seen, after, reached, until, sums, slow_steps):
         """The integrals over one step."""
         for lane in range(WIDTH):
             counts = reached <= until[lane]
             for row in range(_SUMS):
                 sums[row * WIDTH + lane] += seen[(SLIP_D + row) * WIDTH + lane] if counts else 0.0
             share = slow_share(seen[SLOW * WIDTH + lane], after[SLOW * WIDTH + lane])
-            slow_time[lane] += step_length * share if counts else 0.0
+            slow_steps[lane] += share if counts else 0.0
 
     @routine
     def test(seen, reached, until, first):
@@ -75,13 +75,13 @@ def watch(system: System) -> Watcher:
 
     @routine
     def scan(run, block, window, coef, work):
-        sums, ends, slow_time = work[sum_rows], work[until_rows], work[slow : slow + WIDTH]
+        sums, ends, slow_steps = work[sum_rows], work[until_rows], work[slow : slow + WIDTH]
         first = work[failed : failed + WIDTH]
         if window.head == 0:
             test(at(window.seen, 0), window.first + 0.0, ends, first)
         for row in range(window.head, window.tail + 1):
             here, after, reached = at(window.seen, row), at(window.seen, row + 1), window.first + row + 1.0
-            add(here, after, reached, ends, run.step_length, sums, slow_time)
+            add(here, after, reached, ends, sums, slow_steps)
             test(after, reached, ends, first)
 
     @routine
@@ -97,7 +97,8 @@ def watch(system: System) -> Watcher:
             if length[lane] > 0.0:
                 for row in range(_SUMS):
                     sums[row * WIDTH + lane] += part[(SLIP_D + row) * WIDTH + lane]
-                work[slow + lane] += length[lane] * slow_share(part[SLOW * WIDTH + lane], end[SLOW * WIDTH + lane])
+                share = slow_share(part[SLOW * WIDTH + lane], end[SLOW * WIDTH + lane])
+                work[slow + lane] += share * (length[lane] / run.step_length)
         for lane in range(min(WIDTH, run.raw.shape[1] - block)):
             i, span = block + lane, ends[lane] * run.step_length
             held, omega = run.raw[P.HELD, i], spin_rate(y, coef, lane, WIDTH)
@@ -111,7 +112,10 @@ def watch(system: System) -> Watcher:
                 signed, turned = end[TORQUE * WIDTH + lane], end[SUM_S * WIDTH + lane]
                 power, torque = end[HEAT * WIDTH + lane], abs(signed)
             run.out[FRICTION_POWER_MEAN, i], run.out[FRICTION_TORQUE_MEAN, i] = power, torque
-            run.out[SLOW_SHARE, i], run.out[WHIRL_RATE_MEAN, i] = per_time * work[slow + lane], turned
+            run.out[SLOW_SHARE, i], run.out[WHIRL_RATE_MEAN, i] = (
+                work[slow + lane] / (ends[lane] if span > 0.0 else 1.0),
+                turned,
+            )
             drive = -held * signed
             run.out[DRIVE_TORQUE_MEAN, i], run.out[DRIVE_POWER_MEAN, i] = drive, drive * omega
             if work[failed + lane] <= ends[lane]:
