@@ -213,7 +213,7 @@ def test_without_restitution_a_sample_ends_where_it_loses_contact(place):
     assert (row.status_time == 0.0) == (place == math.pi)
     assert "impacts_D" not in row
     motion = tolmc.simulate(scene, step=1e-4)
-    assert motion.time[-1] == row.status_time
+    assert motion.time[-1] == pytest.approx(row.status_time, rel=1e-12)  # by the one-sided kernel
 
 
 def test_simulate_shows_the_spin_that_friction_changes():
