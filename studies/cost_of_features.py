@@ -46,6 +46,7 @@ def features() -> list[Feature]:
     general = replace(gravity, body=unbalanced)
     torque = replace(general, loads=replace(general.loads, torque=(0.0, 0.0, 1e-4)))
     exact, exact_general = (replace(s, joint=replace(s.joint, section="exact")) for s in (gravity, general))
+    smooth, rough = (replace(gravity, joint=replace(gravity.joint, friction=mu)) for mu in (0.0, 0.05))
     motion, full = {"outputs": MOTION}, {"outputs": None}
     return [
         Feature("geometry only", gravity, {"outputs": GEOMETRY}, "no load"),
@@ -62,6 +63,8 @@ def features() -> list[Feature]:
         Feature("all contact-force statistics", gravity, full, "transverse gravity"),
         Feature("two-sided after a loss", gravity, full | {"on_contact_loss": "continue"}, "all contact-force statistics"),
         Feature("every sample checked by step halving", gravity, full | {"halving": True}, "all contact-force statistics"),
+        Feature("friction given as zero", smooth, full, "all contact-force statistics", unused=True),
+        Feature("friction, statistics", rough, full, "all contact-force statistics"),
         Feature("general body", general, motion, "transverse gravity"),
         Feature("general body, torque", torque, motion, "general body"),
         Feature("general body, statistics", general, full, "all contact-force statistics"),

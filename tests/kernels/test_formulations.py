@@ -94,7 +94,9 @@ def test_a_state_has_the_motion_that_it_starts_with(name):
     for part in (pose, rates):
         np.testing.assert_allclose(found[part], given[part], rtol=1e-12, atol=1e-13 * np.abs(given[part]).max())
     if equations.TORQUE:
-        assert equations.RUBS or found[layout.CHI, 0] % (2 * np.pi) == pytest.approx(given[layout.CHI, 0] % (2 * np.pi), abs=1e-12)
+        assert equations.RUBS or found[layout.CHI, 0] % (2 * np.pi) == pytest.approx(
+            given[layout.CHI, 0] % (2 * np.pi), abs=1e-12
+        )
         assert found[layout.OMEGA, 0] == pytest.approx(given[layout.OMEGA, 0], rel=1e-15)
 
 

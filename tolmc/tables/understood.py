@@ -27,7 +27,7 @@ from tolmc.tolerances.interference import interference_note
 # and of the pilot and the motions that judge the model.
 _STEPS_A_RADIAN = 3.5
 _STEP_SECONDS = {True: 0.2e-6, False: 0.8e-6}
-_RUBBING = 4.0  # how much more with friction, wear, a drive, or loads that swing
+_RUBBING = 3.0  # how much more with friction, wear, a drive, or loads that swing
 _HOPPING = 10.0  # and with flight and impacts
 _OVERHEAD, _PILOT = 2.0, 3.0
 
