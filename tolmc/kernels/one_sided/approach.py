@@ -115,12 +115,12 @@ def build(equations: Equations, stepper: Stepper) -> Callable:
             lanes[at.BEST_TILT * WIDTH + lane] = max(best, tilt) if hits else best
 
     @routine
-    def approach(y, f0, coef, lanes, seen0, k, argument, samples, end, f1, seen1, decision):
+    def approach(y, f0, coef, lanes, seen0, k, argument, samples, end, f1, seen1, step_length, decision):
         for lane in range(WIDTH):
             rest = min(lanes[at.REST_D * WIDTH + lane], lanes[at.REST_E * WIDTH + lane])
             lanes[at.GONE * WIDTH + lane] = rest if (decision[lane] == at.IMPACT) & (rest < math.inf) else 0.0
         classical(y, f0, coef, lanes, k, argument, samples, end)
-        look(end, coef, f1, seen1)
+        look(end, coef, f1, seen1, argument, step_length)
         onto_the_wall(y, end, f1, lanes, seen1, decision)
         add(coef, lanes, samples, seen0, seen1)
         extrema(coef, lanes, seen0, seen1, decision)

@@ -12,15 +12,14 @@ from tolmc.kernels.one_sided.approach import AT_HAND, at_hand
 from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.lane import OPENED, TORQUE_ROUNDING, TOUCH
 from tolmc.kernels.one_sided.layout import WIDTH
-from tolmc.kernels.one_sided.stepper import SLOPES_4, SLOPES_8, Stepper, replacer
+from tolmc.kernels.one_sided.stepper import Stepper, replacer
 from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE
+from tolmc.kernels.watchers.between import highest
 
 #: Rounds for each step and event after which a lane is given up; usual are one and two.
 MOST_ROUNDS = 64
 #: Of the duration: a motion that lacks no more of it is at its end.
 ROUNDING = 4e-16
-# Slope at a step's end, over the range of the samples, that may be zero.
-_LEVEL = 0.02
 #: Shortenings of one step after which a lane is given up.
 MOST_TRIES = 60
 
@@ -35,30 +34,18 @@ class Clock(NamedTuple):
 
 def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
     """The loops of one kind of scene."""
-    looked_samples, end_slopes = stepper.looked_samples, SLOPES_4 if rk4 else SLOPES_8
+    looked_samples, ends = stepper.looked_samples, stepper.ends
     rubs, far = equations.rubs, equations.far
     replace_state, replace_seen = replacer(equations.state), replacer(equations.seen)
     add = integrals.build(equations, CLASSICAL if rk4 else DORMAND_PRINCE)
 
     @device
-    def may_peak(samples, seen0, seen1, quantity, best, coef, lanes, lane):
+    def may_peak(seen0, seen1, quantity, h, best, coef, lanes, lane):
         """Whether a torque's size may have a new maximum within a step."""
         zero = TORQUE_ROUNDING * coef[at.ROUND * WIDTH + lane] * lanes[at.LOAD_REFERENCE * WIDTH + lane]
-        s0, s1, s2, s3, s4 = looked_samples(samples, seen0, seen1, quantity, lane)
-        s2, s3, s4 = (s2, s2, s2) if rk4 else (s2, s3, s4)
-        top, bottom = max(max(max(s0, s1), max(s2, s3)), s4), min(min(min(s0, s1), min(s2, s3)), s4)
-        beyond = 0.2 * (top - bottom)
-        return (max(top, -bottom) + beyond > max(best, max(abs(s0), abs(s4))) + zero) & (beyond > 0.0)
-
-    @device
-    def slopes(s0, s1, s2, s3, s4):
-        """Slopes of a quantity at a step's two ends, by the polynomial through its samples."""
-        up, down = end_slopes[0, 0] * s0 + end_slopes[0, 1] * s1, end_slopes[1, 0] * s0 + end_slopes[1, 1] * s1
-        up, down = up + end_slopes[0, 2] * s2, down + end_slopes[1, 2] * s2
-        if not rk4:
-            up, down = up + end_slopes[0, 3] * s3, down + end_slopes[1, 3] * s3
-            up, down = up + end_slopes[0, 4] * s4, down + end_slopes[1, 4] * s4
-        return up, down
+        n0, n1, m0, m1 = ends(seen0, seen1, quantity, h, lane)
+        either = max(highest(n0, n1, m0, m1), highest(-n0, -n1, -m0, -m1))
+        return either > max(best, max(abs(n0), abs(n1))) + zero
 
     @device
     def foresee(coef, lanes, seen0, seen1, duration):
@@ -100,15 +87,10 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
                 best_high = max(best_high, s0) if not is_open else best_high
                 best_low = max(best_low, -s0) if not is_open else best_low
                 lanes[high * WIDTH + lane], lanes[low * WIDTH + lane] = best_high, best_low
-                # The ends are taken without looking: an extremum within lies beyond them and the samples by no more than that,
-                # where a sample does or the slopes at the two ends point to one, next to zero or not.
-                margin = _LEVEL * (top - bottom)
-                up, down = slopes(s0, s1, s2, s3, s4)
-                rises, falls = (up > -margin) & (down < margin), (up < margin) & (down > -margin)
-                last = s2 if rk4 else s4
-                rises |= top > max(s0, last)
-                falls |= bottom < min(s0, last)
-                extremum = (rises & (top + beyond > best_high)) | (falls & (beyond - bottom > best_low))
+                # The ends are taken without looking.
+                _, last, up, down = ends(seen0, seen1, side, h, lane)
+                least = highest(-s0, -last, -up, -down)
+                extremum = (highest(s0, last, up, down) > best_high) | (least > best_low)
                 g0, g1 = seen0[(at.GAP_D + side) * WIDTH + lane], seen1[(at.GAP_D + side) * WIDTH + lane]
                 r0, r1 = seen0[(at.RATE_D + side) * WIDTH + lane], seen1[(at.RATE_D + side) * WIDTH + lane]
                 # Below both tangents of a gap that dips no gap can be as long as it is convex.
@@ -119,7 +101,7 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
                 slackens |= (not is_open) & (last + 2.0 * AT_HAND * down <= 0.0)
                 at_wall = (g1 <= TOUCH) | ((r0 < 0.0) & (r1 > 0.0) & (depth < 0.02 * (g0 + g1) * (r1 - r0)))
                 suspect |= (is_open & at_wall & (not here)) | (
-                    (not is_open) & ((bottom - beyond < 0.0) | (extremum & (beyond > 0.0)))
+                    (not is_open) & ((min(bottom - beyond, -least) < 0.0) | extremum)
                 )
             w0, w1 = seen0[at.W2_RATE * WIDTH + lane], seen1[at.W2_RATE * WIDTH + lane]
             tilt = lanes[at.BEST_TILT * WIDTH + lane]
@@ -128,9 +110,9 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
             suspect |= (w0 > 0.0) & (w1 < 0.0) & (seen0[at.W2 * WIDTH + lane] + w0 * h > tilt)
             if rubs:
                 best = lanes[at.TORQUE_MAX * WIDTH + lane]
-                suspect |= may_peak(samples, seen0, seen1, at.S_TORQUE, best, coef, lanes, lane)
+                suspect |= may_peak(seen0, seen1, at.S_TORQUE, h, best, coef, lanes, lane)
                 best = lanes[at.DRIVE_MAX * WIDTH + lane]
-                suspect |= may_peak(samples, seen0, seen1, at.S_DRIVE, best, coef, lanes, lane)
+                suspect |= may_peak(seen0, seen1, at.S_DRIVE, h, best, coef, lanes, lane)
             rest = min(lanes[at.REST_D * WIDTH + lane], lanes[at.REST_E * WIDTH + lane])
             falls_first = slackens & (rest > 0.0)
             meets &= not falls_first

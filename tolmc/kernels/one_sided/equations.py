@@ -38,6 +38,7 @@ class Equations(NamedTuple):
     advance: object
     fly: object
     look: object
+    forces: object
     touch: object
     system: object
     multipliers: object
@@ -267,6 +268,17 @@ def build(section, body, rubs: bool) -> Equations:
             seen[at.POWER * width + lane] = power + heat
 
     @device
+    def forces(y, coef, lane, width):
+        """N_D, N_E, and with friction the size of its moment about the axis and the moment that holds Omega."""
+        a, pd, pe, matrix, acc, _, _, q, rub, _, _, _ = system(y, coef, lane, width)
+        l_d, l_e = multipliers(matrix, acc, coef, lane, width)
+        n_d, n_e, torque, drive = q[0] * l_d, q[1] * l_e, 0.0, 0.0
+        if rubs:
+            torque = abs(n_d * rub[4] + n_e * rub[5])
+            drive = (a[5] + l_d * pd[5] + l_e * pe[5]) / coef[at.KAPPA * width + lane]
+        return n_d, n_e, torque, drive
+
+    @device
     def kick(y, l_d, l_e, pd, pe, coef, lane, width):
         """Change the speeds by the impulses lambda."""
         for c in range(4):
@@ -322,7 +334,7 @@ def build(section, body, rubs: bool) -> Equations:
     seen = at.SEEN if rubs else at.POWER + 1 if works else at.POWER
     return Equations(
         state, body.COEFFICIENTS, samples, seen, spins, works, rubs, swings, section.FAR, section.UNIT,
-        prepare, start, advance, fly, look, touch, system, multipliers, kick, place, project, body.momentum,
+        prepare, start, advance, fly, look, forces, touch, system, multipliers, kick, place, project, body.momentum,
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from tolmc.kernels.one_sided.events import first_fall, hermite, lowest
 from tolmc.kernels.one_sided.jump import TOGETHER
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.one_sided.stepper import FIT_4, FIT_8, Stepper
+from tolmc.kernels.watchers.between import highest
 
 TOUCH = 2e-15  # gap over c at which an approaching contact is at the wall: the rounding of a gap
 OPENED = 1e-11  # gap from which on a released contact is armed again
@@ -26,13 +27,15 @@ _LET_GO = 100.0  # times that: a falling force that counts as zero, still positi
 _PATIENCE = 8  # trials after which an event counts as located if its gap or force is below the looser bound
 _LOOSE = 1e-10
 _AT_ONCE = 1e-6  # share of a step within which a released contact that turns back has not left
-_PEAK_MARGIN = 0.02  # an extremum nearer to a step's end, in steps, is read from the polynomial through its values
+# An extremum nearer to an end, in steps, or above both ends by no more than this share, is the cubic's: its rise above the end
+# is right to some percent.
+_PEAK_MARGIN, _PEAK_GAIN = 2e-3, 1e-5
 
 
 def build(equations: Equations, stepper: Stepper, rk4: bool) -> Callable:
     """Routine ``decide`` on given equations."""
     fit = FIT_4 if rk4 else FIT_8
-    looked_samples = stepper.looked_samples
+    looked_samples, ends = stepper.looked_samples, stepper.ends
     far, rubs = equations.far, equations.rubs
 
     @device
@@ -152,41 +155,42 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Callable:
         return 2.0
 
     @device
-    def peak(lanes, samples, seen0, seen1, quantity, sign, row, zero, end, lane):
+    def peak(lanes, seen0, seen1, quantity, sign, row, zero, h, end, lane):
         """Take a quantity's maximum over a step into ``lanes[row]``, or say at which share of the step to look for it.
 
-        ``end``: the share of the step after which it has met the wall.
+        By the cubic through values and rates at both ends. ``end``: the share of the step after which it has met the wall.
         """
         best = lanes[row * WIDTH + lane]
-        top, bottom = reaches(samples, seen0, seen1, quantity, lane)
-        if not (top if sign > 0.0 else -bottom) > best:
+        n0, n1, m0, m1 = ends(seen0, seen1, quantity, h, lane)
+        n0, n1, m0, m1 = sign * n0, sign * n1, sign * m0, sign * m1
+        if not highest(n0, n1, m0, m1) > best:
             return 2.0
-        c = polynomial(samples, seen0, seen1, quantity, -sign, lane)
-        least, place = lowest(c)
+        rise = n1 - n0
+        least, place = lowest((-n0, -m0, 2.0 * m0 + m1 - 3.0 * rise, 2.0 * rise - m0 - m1, 0.0, 0.0))
         value = -least
         if place > end or not value > best + 1e-11 * (abs(value) + abs(best)) + zero:
             return 2.0
-        if _PEAK_MARGIN < place < 1.0 - _PEAK_MARGIN:
+        if _PEAK_MARGIN < place < 1.0 - _PEAK_MARGIN and value - max(n0, n1) > _PEAK_GAIN * abs(value):
             return place
         lanes[row * WIDTH + lane] = value
         return 2.0
 
     @device
-    def peaks(coef, lanes, samples, seen0, seen1, d, e, end, lane):
+    def peaks(coef, lanes, seen0, seen1, d, e, end, lane):
         """The first share of a step at which an extremum is to be looked for, 2 where there is none."""
-        first = 2.0
+        first, h = 2.0, coef[at.STEP * WIDTH + lane]
         if d:
-            first = min(first, peak(lanes, samples, seen0, seen1, at.S_D, 1.0, at.BEST_D_MAX, 0.0, end, lane))
-            first = min(first, peak(lanes, samples, seen0, seen1, at.S_D, -1.0, at.BEST_D_MIN, 0.0, end, lane))
+            first = min(first, peak(lanes, seen0, seen1, at.S_D, 1.0, at.BEST_D_MAX, 0.0, h, end, lane))
+            first = min(first, peak(lanes, seen0, seen1, at.S_D, -1.0, at.BEST_D_MIN, 0.0, h, end, lane))
         if e:
-            first = min(first, peak(lanes, samples, seen0, seen1, at.S_E, 1.0, at.BEST_E_MAX, 0.0, end, lane))
-            first = min(first, peak(lanes, samples, seen0, seen1, at.S_E, -1.0, at.BEST_E_MIN, 0.0, end, lane))
-        first = min(first, peak(lanes, samples, seen0, seen1, at.S_W2, 1.0, at.BEST_TILT, 0.0, end, lane))
+            first = min(first, peak(lanes, seen0, seen1, at.S_E, 1.0, at.BEST_E_MAX, 0.0, h, end, lane))
+            first = min(first, peak(lanes, seen0, seen1, at.S_E, -1.0, at.BEST_E_MIN, 0.0, h, end, lane))
+        first = min(first, peak(lanes, seen0, seen1, at.S_W2, 1.0, at.BEST_TILT, 0.0, h, end, lane))
         if rubs:
             zero = TORQUE_ROUNDING * coef[at.ROUND * WIDTH + lane] * lanes[at.LOAD_REFERENCE * WIDTH + lane]
-            first = min(first, peak(lanes, samples, seen0, seen1, at.S_TORQUE, 1.0, at.TORQUE_MAX, zero, end, lane))
-            first = min(first, peak(lanes, samples, seen0, seen1, at.S_DRIVE, 1.0, at.DRIVE_MAX, zero, end, lane))
-            first = min(first, peak(lanes, samples, seen0, seen1, at.S_DRIVE, -1.0, at.DRIVE_MAX, zero, end, lane))
+            first = min(first, peak(lanes, seen0, seen1, at.S_TORQUE, 1.0, at.TORQUE_MAX, zero, h, end, lane))
+            first = min(first, peak(lanes, seen0, seen1, at.S_DRIVE, 1.0, at.DRIVE_MAX, zero, h, end, lane))
+            first = min(first, peak(lanes, seen0, seen1, at.S_DRIVE, -1.0, at.DRIVE_MAX, zero, h, end, lane))
         return first
 
     @routine
@@ -223,7 +227,7 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Callable:
         first, tried = 2.0, lanes[at.TRIES * WIDTH + lane]
         if tried < _PATIENCE:
             rest = min(min(lanes[at.REST_D * WIDTH + lane], lanes[at.REST_E * WIDTH + lane]), 0.0)
-            first = peaks(coef, lanes, samples, seen0, seen1, d, e, 1.0 + rest / coef[at.STEP * WIDTH + lane], lane)
+            first = peaks(coef, lanes, seen0, seen1, d, e, 1.0 + rest / coef[at.STEP * WIDTH + lane], lane)
         if first < 1.0:
             return at.KEEP, first
         if when == 1.0:

@@ -33,12 +33,12 @@ FIRST = 21
 
 # What is known of a lane at one instant; with friction MARGIN is positive where the closed contacts' forces are determined,
 # SLOW negative where one of them slides more slowly than the slip speed, WHIRL the sum of the closed ends' polar rates; where
-# something swings DRIVE_POWER is the drive's.
+# something swings DRIVE_POWER is the drive's. Rates of forces and moments are those along the motion.
 (
-    N_D, N_E, GAP_D, GAP_E, RATE_D, RATE_E, ACC_D, ACC_E, W2, W2_RATE, KINETIC, POTENTIAL, POWER, SLIP_D, SLIP_E, HEAT,
-    TORQUE, SLOW, MARGIN, WHIRL, DRIVE, DRIVE_POWER,
-) = range(22)  # fmt: skip
-SEEN = 22
+    N_D, N_E, GAP_D, GAP_E, RATE_D, RATE_E, ACC_D, ACC_E, W2, W2_RATE, N_RATE_D, N_RATE_E, KINETIC, POTENTIAL, POWER, SLIP_D,
+    SLIP_E, HEAT, TORQUE, SLOW, MARGIN, WHIRL, DRIVE, TORQUE_RATE, DRIVE_RATE, DRIVE_POWER,
+) = range(26)  # fmt: skip
+SEEN = 26
 
 # What is taken at every stage: the forces, |w|^2, and where there is friction or a torque their powers; TORQUE is the size of
 # friction's moment about the axis, DRIVE the moment that holds Omega.

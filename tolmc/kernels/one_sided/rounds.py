@@ -61,7 +61,7 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
         decision[lane] = at.START
         queue += 1
     busy = min(n, WIDTH)
-    look(y, coef, f1, seen1)
+    look(y, coef, f1, seen1, argument, step_length)
     renew(f0, seen0, f1, seen1, decision)
     for lane in range(WIDTH):
         begin(raw, y, coef, lanes, seen0, lane)
@@ -73,7 +73,7 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
     while busy > 0:
         counts[0] += 1
         step(y, coef, f0, seen0, lanes, k, argument, samples, end)
-        look(end, coef, f1, seen1)
+        look(end, coef, f1, seen1, argument, step_length)
         suspects = screen(coef, lanes, samples, seen0, seen1, duration, decision)
         if suspects > 0:
             for lane in range(WIDTH):
@@ -93,7 +93,7 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
         for lane in range(WIDTH):
             impacts += decision[lane] == at.IMPACT
         if impacts > 0:
-            approach(y, f0, coef, lanes, seen0, k, argument, samples, end, f1, seen1, decision)
+            approach(y, f0, coef, lanes, seen0, k, argument, samples, end, f1, seen1, step_length, decision)
             if recording and decision[0] == at.IMPACT:
                 note(record, events, counts, y, coef, lanes, seen0, False)
             jumped = strike(y, coef, lanes, seen0, until, decision, calls)
@@ -123,7 +123,7 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
                     lanes[at.BUSY * WIDTH + lane] = 0.0
                     busy -= 1
         if jumped > 0:
-            look(y, coef, f1, seen1)
+            look(y, coef, f1, seen1, argument, step_length)
             renew(f0, seen0, f1, seen1, decision)
             for lane in range(WIDTH):
                 if decision[lane] == at.START:

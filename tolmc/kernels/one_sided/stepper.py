@@ -36,13 +36,14 @@ class Stepper(NamedTuple):
     evaluate: object
     look: object
     looked_samples: object
+    ends: object
 
 
 #: Places in a step at which a force is known: the formula's own samples, the last one at the end itself.
 POSITIONS_8, POSITIONS_4 = np.array(DORMAND_PRINCE.positions), np.array(CLASSICAL.positions)
 FIT_8, FIT_4 = through(POSITIONS_8), through(POSITIONS_4)
-#: Weights of the values there in the slopes of the polynomial through them at a step's two ends, for a step of length 1.
-SLOPES_8, SLOPES_4 = (np.stack([fit[1], np.arange(len(fit)) @ fit]) for fit in (FIT_8, FIT_4))
+#: Share of the common step over which rates are taken: their error is 1e-6 of a quantity's change, of rounding 1e-10 of it.
+NUDGE = 2.0**-20
 
 
 @once
@@ -69,15 +70,26 @@ def build(equations: Equations, rk4: bool) -> Stepper:
     n_state, n_samples = equations.state, equations.samples
     size, stride = n_state * WIDTH, n_samples * WIDTH
     advance, fly, look_at, project = equations.advance, equations.fly, equations.look, equations.project
-    flies = not equations.works
+    flies, rubs, forces = not equations.works, equations.rubs, equations.forces
     rows = (0, stages, stages) if rk4 else DORMAND_PRINCE.samples
     row_1, row_2, row_3 = rows[1], rows[2], rows[3 % len(rows)]
 
     @routine
-    def look(y, coef, f, seen):
-        """y' and what is seen at every lane's state."""
+    def look(y, coef, f, seen, argument, step_length):
+        """y' and what is seen at every lane's state; rates of forces from a look a little way along the motion."""
         for lane in range(WIDTH):
             look_at(y, coef, f, seen, lane, WIDTH)
+        if closed(coef) > 0.0:
+            dt = NUDGE * step_length
+            for m in range(size):
+                argument[m] = y[m] + dt * f[m]
+            for lane in range(WIDTH):
+                n_d, n_e, torque, drive = forces(argument, coef, lane, WIDTH)
+                seen[at.N_RATE_D * WIDTH + lane] = (n_d - seen[at.N_D * WIDTH + lane]) / dt
+                seen[at.N_RATE_E * WIDTH + lane] = (n_e - seen[at.N_E * WIDTH + lane]) / dt
+                if rubs:
+                    seen[at.TORQUE_RATE * WIDTH + lane] = (torque - seen[at.TORQUE * WIDTH + lane]) / dt
+                    seen[at.DRIVE_RATE * WIDTH + lane] = (drive - seen[at.DRIVE * WIDTH + lane]) / dt
 
     @routine
     def evaluate(in_flight, argument, coef, h, k, samples):
@@ -124,4 +136,19 @@ def build(equations: Equations, rk4: bool) -> Stepper:
         s3 = samples[(row_3 * n_samples + quantity) * WIDTH + lane]
         return first, s1, s2, s3, last
 
-    return Stepper(stages, step, evaluate, look, looked_samples)
+    @device
+    def ends(seen0, seen1, quantity, h, lane):
+        """A quantity (N_D, N_E, |w|^2, a torque) at a step's two ends, and its changes there over the step."""
+        row, rate = at.N_D + quantity, at.N_RATE_D + quantity
+        if quantity == at.S_W2:
+            row, rate = at.W2, at.W2_RATE
+        elif quantity == at.S_TORQUE:
+            row, rate = at.TORQUE, at.TORQUE_RATE
+        elif quantity == at.S_DRIVE:
+            row, rate = at.DRIVE, at.DRIVE_RATE
+        return (
+            seen0[row * WIDTH + lane], seen1[row * WIDTH + lane],
+            h * seen0[rate * WIDTH + lane], h * seen1[rate * WIDTH + lane],
+        )  # fmt: skip
+
+    return Stepper(stages, step, evaluate, look, looked_samples, ends)
