@@ -55,10 +55,10 @@ def test_the_loops_over_lanes_are_packed(name, kind):
     routine, signature = {
         "evaluate": (steps.evaluate, (nb.boolean,) + (ROW,) * 5),
         "step": (steps.step, (ROW,) * 9),
-        "look": (steps.look, (ROW,) * 4),
+        "look": (steps.look, (ROW,) * 5 + (nb.float64,)),
         "take": (clocks.take, (ROW,) * 9 + (LIMITS, WHOLE, WHOLE)),
         "screen": (clocks.screen, (ROW,) * 5 + (nb.float64, WHOLE)),
-        "approach": (approach.build(equations, steps), (ROW,) * 11 + (WHOLE,)),
+        "approach": (approach.build(equations, steps), (ROW,) * 11 + (nb.float64, WHOLE)),
         "strike": (jump.build(equations).strike, (ROW,) * 4 + (nb.float64, WHOLE, WHOLE)),
         "aim": (aim, (ROW,) * 3 + (nb.float64, nb.float64, WHOLE)),
         "refine": (refine, (ROW,) * 5),

@@ -293,3 +293,19 @@ def test_a_contact_without_forces_has_a_status_from_its_closed_form_on(place, re
         row = row_of(tolmc.Scene(joint, body, tolmc.Loads((0, -9.81, 0)), start, 1e-7), step=1e-8)
         statuses.append(row.status)
     assert statuses == ["ok", "no contact forces"]
+
+
+@pytest.mark.parametrize("section", ["circle", "exact"])
+def test_extrema_fall_with_the_step(section):
+    """Of forces, friction's moment and tilt, wherever in a step they lie; the two sections' kernels seek them in their own ways."""
+    joint = replace(PAPER_JOINT, friction=0.05, section=section)
+    scene = tolmc.Scene(joint, DISC, tolmc.Loads((0, -9.81, 0)), tolmc.Motion(-2.2, -1.4, spin_rate=30.0), 0.5)
+    columns = {"journal_radius": joint.journal_radius * np.linspace(0.99, 1.01, 64)}
+    sizes = {"bearing_radius": np.full(64, joint.bearing_radius), "half_length": np.full(64, joint.half_length)}
+    coarse, fine = (tolmc.simulate_many(scene, **sizes, **columns, step=scene.duration / n) for n in (100, 1600))
+    assert coarse.status.eq("ok").all()
+    extrema = [name for name in coarse if name.endswith(("_max", "_min")) and not name.startswith("drive")]
+    assert len(extrema) == 6
+    for name in extrema:
+        found, expected = coarse[name].to_numpy(), fine[name].to_numpy()
+        assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max()), name

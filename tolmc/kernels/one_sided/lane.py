@@ -27,9 +27,10 @@ _LET_GO = 100.0  # times that: a falling force that counts as zero, still positi
 _PATIENCE = 8  # trials after which an event counts as located if its gap or force is below the looser bound
 _LOOSE = 1e-10
 _AT_ONCE = 1e-6  # share of a step within which a released contact that turns back has not left
-# An extremum nearer to an end, in steps, or above both ends by no more than this share, is the cubic's: its rise above the end
-# is right to some percent.
-_PEAK_MARGIN, _PEAK_GAIN = 2e-3, 1e-5
+# A maximum that rises above both ends by no more than this share, or lies nearer to one of them than so many steps, is the
+# cubic's, whose rise is right to some percent. The tilt must not pass the joint's own.
+_RISE, _BESIDE = 1e-5, 2e-3
+_RISE_OF_TILT, _BESIDE_OF_TILT = 1e-9, 1e-7
 
 
 def build(equations: Equations, stepper: Stepper, rk4: bool) -> Callable:
@@ -170,7 +171,8 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Callable:
         value = -least
         if place > end or not value > best + 1e-11 * (abs(value) + abs(best)) + zero:
             return 2.0
-        if _PEAK_MARGIN < place < 1.0 - _PEAK_MARGIN and value - max(n0, n1) > _PEAK_GAIN * abs(value):
+        share, beside = (_RISE_OF_TILT, _BESIDE_OF_TILT) if quantity == at.S_W2 else (_RISE, _BESIDE)
+        if beside < place < 1.0 - beside and value - max(n0, n1) > share * abs(value):
             return place
         lanes[row * WIDTH + lane] = value
         return 2.0
