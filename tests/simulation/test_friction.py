@@ -297,7 +297,7 @@ def test_a_contact_without_forces_has_a_status_from_its_closed_form_on(place, re
 
 @pytest.mark.parametrize("section", ["circle", "exact"])
 def test_extrema_fall_with_the_step(section):
-    """Of forces, friction's moment and tilt, wherever in a step they lie; the two sections' kernels seek them in their own ways."""
+    """Of forces, moment and tilt, wherever in a step they lie; the kernels of the two sections seek them in their own ways."""
     joint = replace(PAPER_JOINT, friction=0.05, section=section)
     scene = tolmc.Scene(joint, DISC, tolmc.Loads((0, -9.81, 0)), tolmc.Motion(-2.2, -1.4, spin_rate=30.0), 0.5)
     columns = {"journal_radius": joint.journal_radius * np.linspace(0.99, 1.01, 64)}
