@@ -2,12 +2,12 @@
 
 The steps of a motion differ in how rough they are by orders of magnitude, and errors go with their eighth power: the roughest
 tells whether the motion is resolved. Energy often does not. Rough is a step whose last stage, of low order, sees other forces
-than its end.
+than its end, or whose mean forces are far from those of its ends: a spike between them.
 """
 
 from __future__ import annotations
 
-from tolmc.kernels.jit import routine
+from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.results import CONTINUE, D_MAX, D_MIN, D_RMS, E_MAX, E_MIN, LOSS_TIME, STEP_ERROR
 from tolmc.kernels.seen import LATE_D, LATE_E, N_D, N_E, SUM_D
@@ -35,11 +35,23 @@ def watch(system: System, between: Between) -> Watcher:
         for lane in range(WIDTH):
             work[roughest + lane], work[unsure + lane] = -1.0, 0.0
 
+    @device
+    def roughness(seen, after, per_length, lane):
+        """How far the last stage's forces are from the end's, and the mean ones from the mean of both ends."""
+        d0, d1, e0, e1 = (
+            seen[N_D * WIDTH + lane],
+            after[N_D * WIDTH + lane],
+            seen[N_E * WIDTH + lane],
+            after[N_E * WIDTH + lane],
+        )
+        mean_d, mean_e = per_length * seen[SUM_D * WIDTH + lane], per_length * seen[(SUM_D + 2) * WIDTH + lane]
+        late = abs(seen[LATE_D * WIDTH + lane] - d1) + abs(seen[LATE_E * WIDTH + lane] - e1)
+        return late + abs(mean_d - 0.5 * (d0 + d1)) + abs(mean_e - 0.5 * (e0 + e1))
+
     @routine
-    def rough(seen, after, number, reached, rows, work):
+    def rough(seen, after, number, reached, per_length, rows, work):
         for lane in range(WIDTH):
-            miss = abs(seen[LATE_D * WIDTH + lane] - after[N_D * WIDTH + lane])
-            miss += abs(seen[LATE_E * WIDTH + lane] - after[N_E * WIDTH + lane])
+            miss = roughness(seen, after, per_length, lane)
             more = miss > work[roughest + lane] and reached <= work[until + lane]
             work[roughest + lane] = miss if more else work[roughest + lane]
             rows[lane] = number if more else rows[lane]
@@ -56,7 +68,8 @@ def watch(system: System, between: Between) -> Watcher:
         for lane in range(WIDTH):
             rows[lane] = -1.0
         for row in range(window.head, window.tail + 1):
-            rough(at(window.seen, row), at(window.seen, row + 1), row + 0.0, window.first + row + 1.0, rows, work)
+            here, after, reached = at(window.seen, row), at(window.seen, row + 1), window.first + row + 1.0
+            rough(here, after, row + 0.0, reached, 1.0 / run.step_length, rows, work)
         for lane in range(WIDTH):
             row = int(rows[lane])
             if row >= 0:
@@ -74,8 +87,8 @@ def watch(system: System, between: Between) -> Watcher:
         start, forces, sums, length = work[start_rows], work[force_rows], work[sum_rows], work[length_rows]
         end, part, first, part_length = work[end_seen], work[part_seen], work[part_start], work[part_h]
         for lane in range(WIDTH):
-            miss = abs(part[LATE_D * WIDTH + lane] - end[N_D * WIDTH + lane])
-            miss += abs(part[LATE_E * WIDTH + lane] - end[N_E * WIDTH + lane])
+            per_length = 1.0 / part_length[lane] if part_length[lane] > 0.0 else 0.0
+            miss = roughness(part, end, per_length, lane)
             if part_length[lane] > 0.0 and miss >= work[roughest + lane]:
                 work[roughest + lane], length[lane] = miss, part_length[lane]
                 for c in range(state):
