@@ -35,5 +35,10 @@ def test_nothing_is_missed_in_the_step_in_which_contact_is_lost(name):
     case = LOST[name]
     scene, columns = replace(RESTING, duration=case["duration"]), {k: np.array([v]) for k, v in case["columns"].items()}
     found, true = (simulated(scene, columns, times * case["steps"]) for times in (1, 16))
-    assert found.status[0] == true.status[0] == "contact lost"
+    assert true.status[0] == "contact lost"
+    if (
+        found.status[0] != "contact lost"
+    ):  # of one of them a spike shifts the rms by more than a given step is trusted for
+        assert found.status[0] == "inaccurate"
+        assert abs(found.contact_force_D_rms[0] - true.contact_force_D_rms[0]) > 1e-4 * true.contact_force_D_max[0]
     assert error(found, true, scene.duration)[0] < 1e-4
