@@ -33,6 +33,8 @@ RUBS = True
 # slip speed over r, r/L, and 1/(B - Z^2).
 _ROUND, _GYRO, _SPUN, _HELD, _MU, _SLIP, _KAPPA_1, _INVERSE_B = range(plain.COEFFICIENTS, COEFFICIENTS)
 
+_LEAST = 1e-36  # least square that has an inverse root in single precision: of a slip of 1e-18 r a second
+
 
 @device
 def prepare(raw, i, coef, lane, width):
@@ -43,7 +45,8 @@ def prepare(raw, i, coef, lane, width):
     coef[_ROUND * width + lane], coef[_GYRO * width + lane] = round_, spin / (mass * length * length * round_)
     coef[_SPUN * width + lane] = -mass * (r * round_) ** 2 / spin if spin > 0.0 and held == 0.0 else 0.0
     coef[_HELD * width + lane] = -held / round_
-    coef[_MU * width + lane], coef[_SLIP * width + lane] = raw[P.FRICTION, i], (raw[P.SLIP_SPEED, i] / r) ** 2
+    coef[_MU * width + lane] = raw[P.FRICTION, i]
+    coef[_SLIP * width + lane] = max((raw[P.SLIP_SPEED, i] / r) ** 2, _LEAST)
     coef[_KAPPA_1 * width + lane] = r / length
     coef[_INVERSE_B * width + lane] = 1.0 / (coef[plain.B * width + lane] - coef[plain.Z * width + lane] ** 2)
 

@@ -30,6 +30,8 @@ _LEFT = 1e-8
 _BENT, _BENT_BESIDE = 60.0, 6.0
 #: Sum of both rates, over the change between two ends, up to which the values are taken to change one way.
 _MONOTONE = 2.5
+#: Share of the other rate up to which an end counts as one without a rate.
+_FLAT = 1e-3
 #: How near an end of an interval a maximum is doubted that leaves half of the rate there, as a share of a step.
 _NEAR = 0.1
 #: How far the polynomial may be from the motion's own value for its curvature to be trusted, as a share of the same.
@@ -43,10 +45,11 @@ def may_bend(n0, n1, m0, m1):
     """Whether the values at two ends change so little, or so much the other way, that their rates may turn between.
 
     A parabola's rates add up to twice the change; up to three times the cubic through both ends is monotone (Fritsch and
-    Carlson, SIAM J. Numer. Anal. 17, 1980). Short of that there may be a small maximum that no cubic has.
+    Carlson, SIAM J. Numer. Anal. 17, 1980). Short of that there may be a small maximum that no cubic has; also beside an end
+    without a rate, where a motion starts from rest.
     """
-    both = m0 + m1
-    return _MONOTONE * (n1 - n0) * both < both * both
+    both, flatter, steeper = m0 + m1, min(abs(m0), abs(m1)), max(abs(m0), abs(m1))
+    return (_MONOTONE * (n1 - n0) * both < both * both) | (flatter <= _FLAT * steeper)
 
 
 @device
@@ -149,24 +152,27 @@ def between(system: System) -> Between:
                     here[lane] += by_value * values[lane] + by_rate * rates[lane]
 
     @routine
-    def ends_only(from_, to, sign, variable, work):
-        """Cubics in place of polynomials that are not finite."""
+    def ends_only(from_, to, sign, variable, until, reached, work):
+        """Cubics in place of polynomials that are not finite, or that go through ends beyond that of a lane's motion.
+
+        Beyond the loss of contact the two-sided motion may be anything.
+        """
         term, (v0, r0), (v1, r1) = work[terms], of(from_, variable), of(to, variable)
         for lane in range(WIDTH):
             total = 0.0
             for power in range(_DEGREES):
                 total += abs(term[power * WIDTH + lane])
-            finite = total < np.inf
+            sound = (total < np.inf) & (reached <= until[lane])
             n0, n1, m0, m1 = sign * v0[lane], sign * v1[lane], sign * r0[lane], sign * r1[lane]
             # In x - 1/2.
             c0, c1 = 0.5 * (n0 + n1) + 0.125 * (m0 - m1), 1.5 * (n1 - n0) - 0.25 * (m0 + m1)
             c2, c3 = 0.5 * (m1 - m0), m0 + m1 - 2.0 * (n1 - n0)
-            term[lane] = term[lane] if finite else c0
-            term[WIDTH + lane] = term[WIDTH + lane] if finite else c1
-            term[2 * WIDTH + lane] = term[2 * WIDTH + lane] if finite else c2
-            term[3 * WIDTH + lane] = term[3 * WIDTH + lane] if finite else c3
+            term[lane] = term[lane] if sound else c0
+            term[WIDTH + lane] = term[WIDTH + lane] if sound else c1
+            term[2 * WIDTH + lane] = term[2 * WIDTH + lane] if sound else c2
+            term[3 * WIDTH + lane] = term[3 * WIDTH + lane] if sound else c3
             for power in range(4, _DEGREES):
-                term[power * WIDTH + lane] = term[power * WIDTH + lane] if finite else 0.0
+                term[power * WIDTH + lane] = term[power * WIDTH + lane] if sound else 0.0
 
     @routine
     def begin_search(term, limit, x, top):
@@ -243,7 +249,8 @@ def between(system: System) -> Between:
         work[intervals][k] = interval
         from_, to = at(window.seen, interval), at(window.seen, interval + 1)
         fit(window, interval, variable, sign, work)
-        ends_only(from_, to, sign, variable, work)
+        reached = window.first + min(max(interval - 1, 0), window.last - SUPPORT + 1) + SUPPORT - 1.0
+        ends_only(from_, to, sign, variable, until, reached, work)
         for lane in range(WIDTH):
             limit[lane] = min(max(until[lane] - (window.first + interval), 0.0), 1.0)
         begin_search(term, limit, x, top)
@@ -356,7 +363,7 @@ def between(system: System) -> Between:
             is_known = (attempt > 0) | (miss <= _TRUSTED * size[lane])
             busy = work[busy_row + lane] > 0.0
             # The gain is wrong by what the curvature is, which misses as the value does, next to an end by more.
-            beside = min(x, 1.0 - x)
+            beside = max(min(x, 1.0 - x), 1e-9)
             share = (
                 miss * (_BENT + _BENT_BESIDE / (beside * beside)) / abs(bend) if (attempt == 0) & (bend < 0.0) else 1.0
             )
