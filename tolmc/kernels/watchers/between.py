@@ -127,7 +127,7 @@ def between(system: System) -> Between:
     candidates, intervals = layout.block(4 * ROWS), layout.block(-(-ROWS // WIDTH))
     best, scale, value, place, doubt = (layout.block(1) for _ in range(5))
     at_row, curve_row, guess_row, low_row, high_row, before_row, rate_row, busy_row = (layout.row() for _ in range(8))
-    after_row = layout.row()
+    after_row, sound_row = layout.row(), layout.row()
     # The row before which a lane's motion ends, of the candidate whose interval stands as -1.
     last_row, middle_seen = layout.row(), layout.block(what)
     part_start, part_seen, part_h, end_seen = system.part_start, system.part_seen, system.part_h, system.end_seen
@@ -163,6 +163,7 @@ def between(system: System) -> Between:
             for power in range(_DEGREES):
                 total += abs(term[power * WIDTH + lane])
             sound = (total < np.inf) & (reached <= until[lane])
+            work[sound_row + lane] = 1.0 if sound else 0.0
             n0, n1, m0, m1 = sign * v0[lane], sign * v1[lane], sign * r0[lane], sign * r1[lane]
             # In x - 1/2.
             c0, c1 = 0.5 * (n0 + n1) + 0.125 * (m0 - m1), 1.5 * (n1 - n0) - 0.25 * (m0 + m1)
@@ -205,7 +206,7 @@ def between(system: System) -> Between:
                 curve[lane] = bend
 
     @routine
-    def rate(term, from_, to, variable, sign, limit, x, top, curve, known, candidate):
+    def rate(term, from_, to, variable, sign, limit, x, top, curve, sound, known, candidate):
         """The candidate: what the maximum may be (-inf: it is at an end), its place and its curvature.
 
         Whether a lane has one it says itself: what becomes of it must not depend on its neighbours.
@@ -231,7 +232,9 @@ def between(system: System) -> Between:
             narrow = narrow if (n0 > 0.0) & (n1 > 0.0) else cubic
             unlike = max(abs(p - cubic), abs(term[lane] - 0.5 * (n0 + n1) - 0.125 * (m0 - m1)))
             may_be = max(max(p, top[lane]), max(cubic, narrow)) + _MARGIN * unlike
-            promises = (highest(n0, n1, m0, m1) > known[lane]) & (limit[lane] > 0.0)
+            bound = highest(n0, n1, m0, m1)
+            may_be = may_be if sound[lane] > 0.0 else max(may_be, bound)
+            promises = (bound > known[lane]) & (limit[lane] > 0.0)
             candidate[lane] = may_be if promises else -np.inf
             candidate[WIDTH + lane] = t
             candidate[2 * WIDTH + lane] = bend
@@ -255,7 +258,8 @@ def between(system: System) -> Between:
             limit[lane] = min(max(until[lane] - (window.first + interval), 0.0), 1.0)
         begin_search(term, limit, x, top)
         climb(term, limit, x, curve)
-        rate(term, from_, to, variable, sign, limit, x, top, curve, work[best], candidate)
+        sound = work[sound_row : sound_row + WIDTH]
+        rate(term, from_, to, variable, sign, limit, x, top, curve, sound, work[best], candidate)
 
     @routine
     def halve(coef, work):

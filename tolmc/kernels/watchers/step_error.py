@@ -2,7 +2,7 @@
 
 The steps of a motion differ in how rough they are by orders of magnitude, and errors go with their eighth power: the roughest
 tells whether the motion is resolved. Energy often does not. Rough is a step whose last stage, of low order, sees other forces
-than its end, or whose mean forces are far from those of its ends: a spike between them.
+than its end, or whose mean forces are not those of its ends and their rates: a spike between them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.results import CONTINUE, D_MAX, D_MIN, D_RMS, E_MAX, E_MIN, LOSS_TIME, STEP_ERROR
-from tolmc.kernels.seen import LATE_D, LATE_E, N_D, N_E, SUM_D
+from tolmc.kernels.seen import LATE_D, LATE_E, N_D, N_E, RATE_D, RATE_E, SUM_D
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
 from tolmc.kernels.watchers.between import Between
@@ -37,7 +37,7 @@ def watch(system: System, between: Between) -> Watcher:
 
     @device
     def roughness(seen, after, per_length, lane):
-        """How far the last stage's forces are from the end's, and the mean ones from the mean of both ends."""
+        """How far the last stage's forces are from the end's, and the mean ones from those of the cubic through both ends."""
         d0, d1, e0, e1 = (
             seen[N_D * WIDTH + lane],
             after[N_D * WIDTH + lane],
@@ -45,8 +45,10 @@ def watch(system: System, between: Between) -> Watcher:
             after[N_E * WIDTH + lane],
         )
         mean_d, mean_e = per_length * seen[SUM_D * WIDTH + lane], per_length * seen[(SUM_D + 2) * WIDTH + lane]
+        bend_d = (seen[RATE_D * WIDTH + lane] - after[RATE_D * WIDTH + lane]) / 12.0
+        bend_e = (seen[RATE_E * WIDTH + lane] - after[RATE_E * WIDTH + lane]) / 12.0
         late = abs(seen[LATE_D * WIDTH + lane] - d1) + abs(seen[LATE_E * WIDTH + lane] - e1)
-        return late + abs(mean_d - 0.5 * (d0 + d1)) + abs(mean_e - 0.5 * (e0 + e1))
+        return late + abs(mean_d - 0.5 * (d0 + d1) - bend_d) + abs(mean_e - 0.5 * (e0 + e1) - bend_e)
 
     @routine
     def rough(seen, after, number, reached, per_length, rows, work):
@@ -87,8 +89,8 @@ def watch(system: System, between: Between) -> Watcher:
         start, forces, sums, length = work[start_rows], work[force_rows], work[sum_rows], work[length_rows]
         end, part, first, part_length = work[end_seen], work[part_seen], work[part_start], work[part_h]
         for lane in range(WIDTH):
-            per_length = 1.0 / part_length[lane] if part_length[lane] > 0.0 else 0.0
-            miss = roughness(part, end, per_length, lane)
+            miss = abs(part[LATE_D * WIDTH + lane] - end[N_D * WIDTH + lane])
+            miss += abs(part[LATE_E * WIDTH + lane] - end[N_E * WIDTH + lane])
             if part_length[lane] > 0.0 and miss >= work[roughest + lane]:
                 work[roughest + lane], length[lane] = miss, part_length[lane]
                 for c in range(state):
