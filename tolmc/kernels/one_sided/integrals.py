@@ -9,6 +9,7 @@ from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.tableaux import Tableau
+from tolmc.kernels.watchers.friction import slow_share
 
 
 @device
@@ -59,11 +60,8 @@ def build(equations: Equations, tableau: Tableau) -> Callable:
                 lanes[at.DRIVE_WORK * WIDTH + lane] += integral(
                     h, samples, seen0, at.S_DRIVE_POWER, at.DRIVE_POWER, False, lane
                 )
-            # The slip's crossing of the slip speed is linear within a step: weights of either sign suit no jump.
-            first, last = seen0[at.SLOW * WIDTH + lane], seen1[at.SLOW * WIDTH + lane]
-            size = abs(first) + abs(last)
-            share = (max(-first, 0.0) + max(-last, 0.0)) / size if size > 0.0 else 0.0
-            lanes[at.TIME_SLOW * WIDTH + lane] += h * share
+            slow = slow_share(seen0[at.SLOW * WIDTH + lane], seen1[at.SLOW * WIDTH + lane])
+            lanes[at.TIME_SLOW * WIDTH + lane] += h * slow
             largest = max(seen0[at.TORQUE * WIDTH + lane], seen1[at.TORQUE * WIDTH + lane])
             before = lanes[at.TORQUE_MAX * WIDTH + lane]
             lanes[at.TORQUE_MAX * WIDTH + lane] = max(before, largest) if h > 0.0 else before

@@ -215,24 +215,22 @@ def rub_integrals(tableau: Tableau, rows: Rows) -> Callable:
     weights, terms, begun = np.array(tableau.b)[columns], len(columns), tableau.b[0]
     first, each = rows.samples + SAMPLES, rows.per_stage
 
+    @device
+    def mean(k, begins, quantity, lane):
+        total = begun * begins
+        for t in range(terms):
+            total += weights[t] * k[(first + each * columns[t] + quantity) * WIDTH + lane]
+        return total
+
     # Short loops one after the other: LLVM unrolls the sum of a long one too late to pack it.
     @routine
     def integrate(h, k, seen):
         for lane in range(WIDTH):
-            total = begun * seen[SLIP_D * WIDTH + lane]
-            for t in range(terms):
-                total += weights[t] * k[(first + each * columns[t]) * WIDTH + lane]
-            seen[SLIP_D * WIDTH + lane] = h[lane] * total
+            seen[SLIP_D * WIDTH + lane] = h[lane] * mean(k, seen[SLIP_D * WIDTH + lane], 0, lane)
         for lane in range(WIDTH):
-            total = begun * seen[SLIP_E * WIDTH + lane]
-            for t in range(terms):
-                total += weights[t] * k[(first + each * columns[t] + 1) * WIDTH + lane]
-            seen[SLIP_E * WIDTH + lane] = h[lane] * total
+            seen[SLIP_E * WIDTH + lane] = h[lane] * mean(k, seen[SLIP_E * WIDTH + lane], 1, lane)
         for lane in range(WIDTH):
-            total = begun * seen[HEAT * WIDTH + lane]
-            for t in range(terms):
-                total += weights[t] * k[(first + each * columns[t] + 2) * WIDTH + lane]
-            seen[HEAT * WIDTH + lane] = h[lane] * total
+            seen[HEAT * WIDTH + lane] = h[lane] * mean(k, seen[HEAT * WIDTH + lane], 2, lane)
         for lane in range(WIDTH):
             moment = begun * seen[TORQUE * WIDTH + lane]
             size = begun * abs(seen[TORQUE * WIDTH + lane])
@@ -242,9 +240,6 @@ def rub_integrals(tableau: Tableau, rows: Rows) -> Callable:
                 size += weights[t] * abs(there)
             seen[SUM_TORQUE * WIDTH + lane], seen[SUM_SIZE * WIDTH + lane] = h[lane] * moment, h[lane] * size
         for lane in range(WIDTH):
-            total = begun * seen[SUM_S * WIDTH + lane]
-            for t in range(terms):
-                total += weights[t] * k[(first + each * columns[t] + 4) * WIDTH + lane]
-            seen[SUM_S * WIDTH + lane] = h[lane] * total
+            seen[SUM_S * WIDTH + lane] = h[lane] * mean(k, seen[SUM_S * WIDTH + lane], 4, lane)
 
     return integrate

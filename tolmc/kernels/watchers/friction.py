@@ -36,7 +36,7 @@ _SUMS = SUM_S - SLIP_D + 1
 
 @device
 def slow_share(first, last):
-    """Share of a step in which a quantity linear between its ends is negative."""
+    """Share of a step in which a quantity is negative that is linear between its values ``first`` and ``last``."""
     size = abs(first) + abs(last)
     return (max(-first, 0.0) + max(-last, 0.0)) / size if size > 0.0 else 0.0
 
