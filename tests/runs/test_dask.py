@@ -31,6 +31,16 @@ def cluster(tmp_path_factory):
     options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": ":0"}
     with distributed.LocalCluster(**options, local_directory=str(tmp_path_factory.mktemp("dask"))) as running:
         yield running
+        wait_until_whole(running)
+
+
+def wait_until_whole(cluster, seconds=60):
+    """Wait until all workers have run for a second: a cluster that is closed while it begins one fails to close."""
+    since = began = time.monotonic()
+    while time.monotonic() - since < 1 and time.monotonic() - began < seconds:
+        time.sleep(0.05)
+        if any(nanny.process is None or nanny.process.status.name != "running" for nanny in cluster.workers.values()):
+            since = time.monotonic()
 
 
 def test_the_numbers_are_those_of_a_local_run(tmp_path, cluster):
