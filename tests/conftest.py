@@ -4,7 +4,6 @@ Compilation makes first examples of a property slow, and a run in CI must be rep
 """
 
 import gc
-import io
 import os
 
 # Before NumPy is imported: threads of its linear algebra spin while they wait, and two processes on two cores would have
@@ -14,7 +13,7 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings
-from PIL import Image
+from ready_pictures import pictures_at_hand
 
 # Numba holds millions of objects while it compiles: looking for garbage among them as often as usual takes a fifth of it.
 gc.set_threshold(100_000, 50, 50)
@@ -30,18 +29,19 @@ def pytest_collection_modifyitems(items):
             item.add_marker("slow")  # so that -m "not slow", which takes the place of the default, leaves it out too
 
 
-@pytest.fixture
-def ready_pictures(monkeypatch):
-    """The pictures of a run are ready, a few pixels each: drawing them takes longer than a small run."""
-    from tolmc.runs import pictures
+def pytest_collection_finish():
+    gc.freeze()  # a million objects of what has been imported stay to the end: nobody need look at them for garbage
 
-    buffer = io.BytesIO()
-    Image.new("RGB", (8, 6), "white").save(buffer, "PNG")
-    for what, name in (("motion", "nominal"), ("drivers", "drivers"), ("distributions", "distributions")):
-        monkeypatch.setattr(
-            pictures,
-            f"draw_{what}",
-            lambda directory, *_, name=name: directory.write_file(
-                f"{name}.png", lambda path: path.write_bytes(buffer.getvalue())
-            ),
-        )
+
+@pytest.fixture
+def ready_pictures():
+    """The pictures of a test's runs are ready: drawing them takes longer than a small run."""
+    with pictures_at_hand():
+        yield
+
+
+@pytest.fixture(scope="module")
+def ready_pictures_throughout():
+    """The pictures of all runs of a file of tests are ready, also of those that its tests share."""
+    with pictures_at_hand():
+        yield

@@ -31,6 +31,7 @@ def invoke(*arguments):
     return result
 
 
+@undrawn
 def test_run_from_another_folder(tmp_path):
     result = invoke("run", write(tmp_path), "--samples", 200)
     assert result.exit_code == 0 and not complaints(result.stderr)

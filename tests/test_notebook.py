@@ -64,6 +64,7 @@ def test_a_mapping_that_is_no_study_says_so(content, change, words):
         assert word in str(error.value)
 
 
+@pytest.mark.usefixtures("ready_pictures")
 def test_a_run_of_a_mapping_goes_on_from_its_directory(tmp_path, content, result):
     from tolmc.runs.run import resume
 
@@ -112,6 +113,7 @@ def test_pictures(result):
         result.plot("driver")
 
 
+@pytest.mark.usefixtures("ready_pictures")
 def test_everything_can_be_pickled(tmp_path, content, result):
     written = tolmc.run(content, samples=50, out=tmp_path / "run")
     for found in (tolmc.run(content, samples=50), written):

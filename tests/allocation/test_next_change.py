@@ -10,7 +10,7 @@ from tolmc.commands.answers import write_answers
 from tolmc.report.write import write_report
 from tolmc.tolerances.draw import sample
 
-pytestmark = pytest.mark.usefixtures("ready_pictures")
+pytestmark = pytest.mark.usefixtures("ready_pictures_throughout")
 
 RADII = "\n".join(line for line in TEXT.splitlines() if "_radius " in line)
 

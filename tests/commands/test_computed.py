@@ -14,7 +14,7 @@ from tolmc.statistics.outcomes import CONTACT_LOSS, ENOUGH_COMPUTED, computed_sh
 from tolmc.statistics.summary import count_statuses, summarise_requirements
 from tolmc.text import phrases
 
-pytestmark = pytest.mark.usefixtures("ready_pictures")
+pytestmark = pytest.mark.usefixtures("ready_pictures_throughout")
 
 #: Half of the bores are smaller than their journals.
 CLASHING = (

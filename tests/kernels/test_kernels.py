@@ -16,6 +16,7 @@ import llvmlite.binding as llvm
 import numba as nb
 import numpy as np
 import pytest
+from from_python import called
 from scipy.integrate._ivp import dop853_coefficients as dop853
 from small_study import write
 
@@ -340,6 +341,7 @@ def test_stage_arguments_and_the_end_are_rows_of_the_tableau(tableau, argument, 
     rng = np.random.default_rng(1)
     y, k = rng.normal(size=size), rng.normal(size=(tableau.stages, size))
     out = np.empty(size)
+    argument, end = called(argument), called(end)
     for stage, row in enumerate(tableau.matrix):
         argument(stage, y, k.ravel(), out, size)
         np.testing.assert_allclose(out, y + row @ k, rtol=0, atol=1e-13)
@@ -352,5 +354,5 @@ def test_sums_are_rows_of_the_tableau():
     rng = np.random.default_rng(1)
     y, k = rng.normal(size=size), rng.normal(size=(RK8.stages, size))
     for terms, row in zip([*RK8.rows, RK8.weights], [*RK8.matrix, RK8.b], strict=True):
-        at = tableaux.weighted_sum(terms)
+        at = called(tableaux.weighted_sum(terms))
         assert at(y, k.ravel(), size, m) == pytest.approx(y[m] + row @ k[:, m], rel=1e-13, abs=1e-13)

@@ -12,11 +12,11 @@ BORE, JOURNAL = 12.5e-3, 12.45e-3
 
 def stuck_out(depth, bore, journal, *, arc=0.0):
     """The area by quadrature in polar coordinates about the bore's centre: circles shifted towards every angle of the arc."""
-    angle = np.linspace(-math.pi, math.pi, 400_001)
-    off = np.maximum(np.abs(angle) - 0.5 * arc, 0.0)  # from the nearest direction of the wear
+    angle = np.linspace(0.0, math.pi, 200_001)  # either side of the arc's middle is as the other
+    off = np.maximum(angle - 0.5 * arc, 0.0)  # from the nearest direction of the wear
     centre = bore - journal + depth
     reach = centre * np.cos(off) + np.sqrt(journal**2 - (centre * np.sin(off)) ** 2)
-    return 0.5 * np.trapezoid(np.maximum(reach**2 - bore**2, 0.0), angle)
+    return np.trapezoid(np.maximum(reach**2 - bore**2, 0.0), angle)
 
 
 @pytest.mark.parametrize("clearance", [1e-6, 5e-5, 3e-3])

@@ -29,7 +29,7 @@ from tolmc.statistics.rows import Rows
 from tolmc.study.study import Study
 from tolmc.tolerances.draw import from_unit, unit_points
 
-pytestmark = pytest.mark.usefixtures("ready_pictures")
+pytestmark = pytest.mark.usefixtures("ready_pictures_throughout")
 
 HINGE = Path(explored.__file__).parents[1] / "study" / "examples" / "hinge.toml"
 

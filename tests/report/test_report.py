@@ -19,6 +19,7 @@ from click.testing import CliRunner
 from PIL import Image
 from places import STUDIES
 from read_numbers import numbers_in
+from ready_pictures import pictures_at_hand
 
 from tolmc import quantities
 from tolmc.analysis.linear import linearise
@@ -42,7 +43,7 @@ from tolmc.statistics.rows import Rows
 from tolmc.statistics.summary import summarise_requirements
 from tolmc.text import phrases, typeset
 
-pytestmark = pytest.mark.usefixtures("ready_pictures")  # but in what all tests share
+pytestmark = pytest.mark.usefixtures("ready_pictures")  # but in the paper's joint, which all tests share
 
 JOINT = STUDIES / "paper_joint.toml"
 
@@ -83,7 +84,8 @@ def directory(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def geometry_once(tmp_path_factory):
-    return run_study(tmp_path_factory.mktemp("geometry"), GEOMETRY)
+    with pictures_at_hand():
+        return run_study(tmp_path_factory.mktemp("geometry"), GEOMETRY)
 
 
 @pytest.fixture

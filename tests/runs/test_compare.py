@@ -15,6 +15,8 @@ from tolmc.runs.compare import STATISTICS, compare_runs, difference
 from tolmc.tables.compare import comparison_blocks
 from tolmc.tables.table import Table
 
+pytestmark = pytest.mark.usefixtures("ready_pictures_throughout")
+
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):

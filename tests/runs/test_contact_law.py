@@ -17,7 +17,7 @@ from tolmc.runs.run import resume, run
 from tolmc.simulation.plan import Plan
 from tolmc.study.file import load_study
 
-pytestmark = pytest.mark.usefixtures("ready_pictures")
+pytestmark = pytest.mark.usefixtures("ready_pictures_throughout")
 
 #: A whirl fast enough for some of the parts to leave the wall; the step is given, so that any run of it has the same.
 LOSES = (

@@ -13,7 +13,7 @@ from tolmc.runs.run import resume, run
 from tolmc.simulation.plan import Plan
 from tolmc.study.file import load_study
 
-pytestmark = pytest.mark.usefixtures("ready_pictures")
+pytestmark = pytest.mark.usefixtures("ready_pictures_throughout")
 
 #: Between the forces on the circle, 3.042 to 3.055 N, and those on the exact section, a fiftieth less.
 LIMIT = ('contact_force_D_max = { max = "4.5 N" }', 'contact_force_D_max = { max = "3.0 N" }')

@@ -20,7 +20,7 @@ from tolmc.statistics.observations import Observations
 from tolmc.statistics.rows import Rows
 from tolmc.study.file import load_study
 
-pytestmark = pytest.mark.usefixtures("ready_pictures")
+pytestmark = pytest.mark.usefixtures("ready_pictures_throughout")
 LARGEST = 10_000
 # 1024, 2048, 4096, 8192 and 10000 samples, each at the level 1 - 0.05/5.
 LOOK = 0.99

@@ -10,7 +10,7 @@ from tolmc.runs import run as monte_carlo
 from tolmc.runs import worst
 from tolmc.runs.worst import draw_worst, worst_sample
 
-pytestmark = pytest.mark.usefixtures("ready_pictures")
+pytestmark = pytest.mark.usefixtures("ready_pictures_throughout")
 
 SPECIFICATION = {"tilt_angle": {"max": 1.0}, "contact_force_D_max": {"min": 2.0, "max": 8.0}}
 

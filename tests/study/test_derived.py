@@ -98,6 +98,7 @@ def test_names_that_mean_something_else(name):
         read_outputs({name: "tilt_angle"})
 
 
+@pytest.mark.usefixtures("ready_pictures")
 def test_an_output_belongs_to_its_study(tmp_path):
     results = []
     for k, expression in enumerate(("800 mm * sin(tilt_angle)", "2 * tilt_angle")):

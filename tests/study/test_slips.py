@@ -65,6 +65,7 @@ def test_what_is_meant_is_not_told(tmp_path):
     assert list(slips(load_study(write(tmp_path, radians)))) == []
 
 
+@pytest.mark.usefixtures("ready_pictures")
 def test_a_run_tells_and_goes_on(tmp_path):
     study = write(tmp_path, *GEOMETRY, ('alpha = "-110 deg"', "alpha = -110"))
     result = CliRunner().invoke(cli.main, ["run", str(study), "--samples", "64", "--out", str(tmp_path / "run")])

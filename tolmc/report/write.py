@@ -13,6 +13,7 @@ leave there, for the report to show, ``stackup.csv`` (:func:`tolmc.analysis.side
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
@@ -58,6 +59,7 @@ def write_report(directory: str | Path) -> Path:
     return run.path / "report.html"
 
 
+@cache
 def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("tolmc.report"),

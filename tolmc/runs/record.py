@@ -6,6 +6,7 @@ import json
 import math
 import platform
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -77,7 +78,12 @@ class _Record(_Recorded):
 
 def versions() -> dict[str, str]:
     """Versions of everything that takes part in a run's numbers."""
-    return {"python": platform.python_version(), "tolmc": __version__, **{name: version(name) for name in _PACKAGES}}
+    return {"python": platform.python_version(), "tolmc": __version__, **{name: _version(name) for name in _PACKAGES}}
+
+
+@cache
+def _version(package: str) -> str:
+    return version(package)
 
 
 def read_record(path: Path) -> dict:

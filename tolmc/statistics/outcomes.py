@@ -35,8 +35,8 @@ def rows_whose_status(samples: pd.DataFrame, holds) -> np.ndarray:
     """Rows whose status ``holds``; a frame without a status column has none."""
     if "status" not in samples:
         return np.zeros(len(samples), bool)
-    status = samples["status"].astype("category").cat  # free where it is one already, as in a run's file
-    return np.array([holds(word) for word in status.categories], bool)[status.codes.to_numpy()]
+    status = pd.Categorical(samples["status"])  # free where it is one already, as in a run's file
+    return np.array([holds(word) for word in status.categories], bool)[status.codes]
 
 
 def failed(samples: pd.DataFrame) -> np.ndarray:

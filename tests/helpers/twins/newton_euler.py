@@ -8,12 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from twins.vectors import cross, cross_matrix
 
 SIDES = (1.0, -1.0)
-
-
-def _skew(v):
-    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
 
 class SlidingBody:
@@ -37,11 +34,11 @@ class SlidingBody:
         axis = np.array([*slope, length]) / long
         axis_rate = np.array([*slope_rate, 0.0]) / long - axis * (slope @ slope_rate) / long**2
         # The smallest rotation from Z to the axis, then the turn about the axis.
-        about = np.cross([0, 0, 1.0], axis)
-        smallest = np.eye(3) + _skew(about) + _skew(about) @ _skew(about) / (1 + axis[2])
+        about = cross(np.array([0, 0, 1.0]), axis)
+        smallest = np.eye(3) + cross_matrix(about) + cross_matrix(about) @ cross_matrix(about) / (1 + axis[2])
         c, s = np.cos(motion.spin), np.sin(motion.spin)
         rotation = smallest @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        omega = np.cross(axis, axis_rate) + motion.spin_rate * axis
+        omega = cross(axis, axis_rate) + motion.spin_rate * axis
         return np.concatenate([origin, velocity, rotation.ravel(), omega, np.zeros(5)])
 
     def loads(self, time, rotation):
@@ -62,21 +59,21 @@ class SlidingBody:
         scene, axis = self.scene, rotation[:, 2]
         joint, mass, length = scene.joint, self.mass, self.length
         center, inertia = rotation @ self.center, rotation @ self.inertia @ rotation.T
-        axis_rate = np.cross(omega, axis)
+        axis_rate = cross(omega, axis)
         force, torque = self.loads(time, rotation)
         point = rotation @ np.array(scene.loads.force_point or (0.0, 0.0, 0.0))
         weight = mass * np.array(scene.loads.gravity)
         # Columns: a_x, a_y, omega' (3), N_D, N_E, axial force, drive's torque.
         matrix, right = np.zeros((9, 9)), np.zeros(9)
         matrix[:3, :2] = mass * np.eye(3)[:, :2]
-        matrix[:3, 2:5] = -mass * _skew(center)
+        matrix[:3, 2:5] = -mass * cross_matrix(center)
         matrix[:3, 7] = [0, 0, -1]
-        right[:3] = weight + force - mass * np.cross(omega, np.cross(omega, center))
-        matrix[3:6, :2] = mass * _skew(center)[:, :2]
+        right[:3] = weight + force - mass * cross(omega, cross(omega, center))
+        matrix[3:6, :2] = mass * cross_matrix(center)[:, :2]
         matrix[3:6, 2:5] = inertia
         matrix[3:6, 8] = -axis
-        right[3:6] = np.cross(center, weight) + np.cross(point, force) + torque
-        right[3:6] -= np.cross(omega, inertia @ omega)
+        right[3:6] = cross(center, weight) + cross(point, force) + torque
+        right[3:6] -= cross(omega, inertia @ omega)
         slips, directions = [], []
         for side, sign in enumerate(SIDES):
             at = sign * length * axis[:2] / axis[2]
@@ -84,13 +81,13 @@ class SlidingBody:
             outward = np.array([*rim, -(rim @ axis[:2]) / axis[2]])
             outward /= np.linalg.norm(outward)
             contact = sign * axis * length / axis[2] + joint.journal_radius * outward
-            slip = np.array([*velocity, 0.0]) + np.cross(omega, contact)
+            slip = np.array([*velocity, 0.0]) + cross(omega, contact)
             slip -= outward * (slip @ outward)
             slips.append(np.linalg.norm(slip))
             direction = -outward - joint.friction * slip / np.hypot(np.linalg.norm(slip), joint.slip_speed)
             directions.append(direction)
             matrix[:3, 5 + side] = -direction
-            matrix[3:6, 5 + side] = -np.cross(contact, direction)
+            matrix[3:6, 5 + side] = -cross(contact, direction)
             # d^2/dt^2 of |rim|^2/2, with w = +-L e_h/e_z and e'' = omega' x e + omega x (omega x e).
             slope = np.zeros((2, 3))
             slope[:, :2] = np.eye(2) / axis[2]
@@ -101,9 +98,9 @@ class SlidingBody:
                 -2 * axis_rate[:2] * axis_rate[2] / axis[2] ** 2 + 2 * axis[:2] * axis_rate[2] ** 2 / axis[2] ** 3
             )  # fmt: skip
             matrix[6 + side, :2] = rim
-            matrix[6 + side, 2:5] = -rim @ slope @ _skew(axis)
+            matrix[6 + side, 2:5] = -rim @ slope @ cross_matrix(axis)
             rim_rate = velocity + at_rate
-            right[6 + side] = -(rim_rate @ rim_rate) - rim @ (slope @ np.cross(omega, axis_rate) + curved)
+            right[6 + side] = -(rim_rate @ rim_rate) - rim @ (slope @ cross(omega, axis_rate) + curved)
         if self.held:  # Omega' = omega'.e + omega.(omega x e), the second part being zero
             matrix[8, 2:5] = axis
         else:
@@ -113,7 +110,7 @@ class SlidingBody:
         share = [slip / np.hypot(slip, joint.slip_speed) for slip in slips]
         heat = sum(joint.friction * n * s * slip for n, s, slip in zip(normal, share, slips, strict=True))
         work = [n * slip for n, slip in zip(normal, slips, strict=True)]
-        turned = (_skew(omega) @ rotation).ravel()
+        turned = (cross_matrix(omega) @ rotation).ravel()
         return np.concatenate([velocity, found[:2], turned, found[2:5], normal, work, [heat]])
 
     def end(self):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from twins.vectors import cross
+from twins.vectors import cross, cross_matrix
 
 
 @dataclass(frozen=True)
@@ -88,15 +88,14 @@ def equations(mechanism: Mechanism, state: np.ndarray):
     partial_v = np.zeros((5, 3))
     partial_v[0, 0] = partial_v[1, 1] = 1
     partial_omega = np.zeros((5, 3))
-    for j in range(2):
-        partial_omega[2 + j] = cross(e, np.eye(3)[j] - e[j] * e) / length
+    partial_omega[2:4] = cross_matrix(e)[:, :2].T / length  # e x (x - e_1 e), e x (y - e_2 e)
     partial_omega[4] = e
 
     omega_rate = cross(e, -2 * stretch * e_rate - e * (e_rate @ e_rate)) + spin_rate * e_rate
     a_C = cross(omega_rate, c) + cross(omega, cross(omega, c))
     force = k.mass * k.gravity + k.force
     moment = cross(c, k.mass * k.gravity) + cross(R @ k.force_point, k.force) + k.torque
-    coupling = k.mass * partial_v @ cross(partial_omega.T, c)
+    coupling = -k.mass * partial_v @ cross_matrix(c) @ partial_omega.T
     M = k.mass * partial_v @ partial_v.T + coupling + coupling.T + partial_omega @ J @ partial_omega.T
     bias = partial_v @ (k.mass * a_C) + partial_omega @ (J @ omega_rate + cross(omega, J @ omega))
     applied = partial_v @ force + partial_omega @ moment
@@ -105,9 +104,9 @@ def equations(mechanism: Mechanism, state: np.ndarray):
     D_rate, E_rate = origin_rate + w_rate, origin_rate - w_rate
     B = np.array([[*D, *D, 0], [*E, *-E, 0]]) / k.r
     centripetal = -np.array([D_rate @ D_rate, E_rate @ E_rate]) / k.r
-    solution = np.linalg.solve(
-        np.block([[M, -B.T], [B, np.zeros((2, 2))]]), np.concatenate([applied - bias, centripetal])
-    )
+    system = np.zeros((7, 7))
+    system[:5, :5], system[:5, 5:], system[5:, :5] = M, -B.T, B
+    solution = np.linalg.solve(system, np.concatenate([applied - bias, centripetal]))
     chi_rate = spin_rate + (w[0] * w_rate[1] - w[1] * w_rate[0]) / (length * (length + k.L))
     return solution[:5], solution[5:], R, chi_rate
 
@@ -115,8 +114,8 @@ def equations(mechanism: Mechanism, state: np.ndarray):
 def energy(mechanism: Mechanism, state: np.ndarray) -> float:
     """Kinetic energy and potential energy of gravity and force."""
     k = mechanism
-    _, _, R, _ = equations(k, state)
     w, w_rate = state[2:4], state[7:9]
+    R = body_axes(w, state[4], k.L)
     e = R[:, 2]
     e_rate = (np.array([*w_rate, 0]) - e * (e[:2] @ w_rate)) / np.sqrt(w @ w + k.L**2)
     omega = cross(e, e_rate) + state[9] * e
