@@ -1,7 +1,7 @@
 """Flights and impacts of a symmetric body by heyoka: Taylor series, terminal events at both rims, scalar or in batches.
 
-The integrator is compiled once; each motion, or batch of them, starts from its own state and radius. The impact law is the
-event's callback. Equations as in :mod:`impact_peer`.
+The integrator is compiled once; each motion, or batch of them, starts from its own state and radius. The impact law,
+compiled by Numba, is the event's callback. Equations as in :mod:`impact_peer`.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import heyoka
+import numba as nb
 import numpy as np
 from impact_peer import rebounded
 
@@ -51,17 +52,25 @@ def _flight(scene: Scene) -> tuple[list, list]:
     return list(zip((x, y, u, v, x_rate, y_rate, u_rate, v_rate), rates, strict=True)), gaps
 
 
+@nb.njit(cache=True)
+def _strike(states, lane, sign, law):
+    """The impact law on one column of the states."""
+    states[:, lane] = rebounded(states[:, lane], sign, law[0], (law[1], law[2], law[3], law[4]))
+
+
 def prepare(scene: Scene, tolerance: float, batch: bool) -> Callable[[np.ndarray], np.ndarray]:
     """A function of the radii (n,) that gives (X0, Y0, u, v) over the radius at the end, (n, 4); n a multiple of the batch."""
     system, gaps = _flight(scene)
-    start, restitution = _start(scene), scene.joint.restitution
+    start = _start(scene)
     body = (scene.body.mass, scene.joint.half_length, scene.body.center_of_mass[2], scene.body.inertia[0, 0])
+    law = np.array((scene.joint.restitution, *body))
     event = heyoka.t_event_batch if batch else heyoka.t_event
 
+    states = None
+
     def strike(sign):
-        def struck(integrator, *found):
-            state = integrator.state[:, found[-1]] if batch else integrator.state
-            state[:] = rebounded(state.copy(), sign, restitution, body)
+        def struck(_, *found):
+            _strike(states, found[-1] if batch else 0, sign, law)
             return True
 
         return struck
@@ -73,6 +82,7 @@ def prepare(scene: Scene, tolerance: float, batch: bool) -> Callable[[np.ndarray
     begun = np.repeat(start[:, None], width, axis=1) if batch else start
     pars = np.full((1, width), 1.0) if batch else [1.0]
     integrator = kind(system, begun, tol=tolerance, t_events=events, pars=pars)
+    states = integrator.state.reshape(8, width)  # the integrator's own memory
 
     def poses(radii: np.ndarray) -> np.ndarray:
         found = np.empty((len(radii), 4))

@@ -63,13 +63,22 @@ def gap_e(_, y, radius):
     return radius - math.hypot(y[0] - y[2], y[1] - y[3])
 
 
-def rebounded(y: np.ndarray, sign: float, restitution: float, body: tuple) -> np.ndarray:
+@nb.njit(cache=True)
+def rebounded(y, sign, restitution, body):
     """The state after an impact at D (sign 1) or E (-1) alone."""
-    point = y[:2] + sign * y[2:4]
-    row = np.concatenate((point, sign * point)) / -np.linalg.norm(point)
-    given = np.array(solved(tuple(y[2:4]), tuple(row[:2]), tuple(row[2:]), *body))
-    impulse = -(1.0 + restitution) * (row @ y[4:]) / (row @ given)
-    return np.concatenate((y[:4], y[4:] + impulse * given))
+    x, y_ = y[0] + sign * y[2], y[1] + sign * y[3]
+    distance = math.hypot(x, y_)
+    row = (-x / distance, -y_ / distance, -sign * x / distance, -sign * y_ / distance)
+    given = solved((y[2], y[3]), row[:2], row[2:], *body)
+    approach, yielding = 0.0, 0.0
+    for i in range(4):
+        approach += row[i] * y[4 + i]
+        yielding += row[i] * given[i]
+    impulse = -(1.0 + restitution) * approach / yielding
+    after = y.copy()
+    for i in range(4):
+        after[4 + i] += impulse * given[i]
+    return after
 
 
 def scipy_pose(scene: Scene, radius: float, tolerance: float) -> np.ndarray:
