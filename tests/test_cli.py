@@ -167,8 +167,8 @@ def test_help_names_every_command():
     assert result.returncode == 0
     for command in ("run", "simulate", "replay", "report", "allocate"):
         assert command in result.stdout
-        assert run_process(command, "--help").returncode == 0
-    assert tolmc.__version__ in run_process("--version").stdout
+        assert invoke(command, "--help").exit_code == 0
+    assert tolmc.__version__ in invoke("--version").stdout
 
 
 def test_help_loads_nothing_heavy():
@@ -178,7 +178,7 @@ def test_help_loads_nothing_heavy():
 
 
 def test_a_process_ends_with_a_message_and_code():
-    result = run_process("run", "absent.toml")
+    result = run_process("check", "absent.toml")
     assert result.returncode == 2 and result.stdout == ""
     assert result.stderr.startswith("Error: absent.toml cannot be read") and "Traceback" not in result.stderr
 

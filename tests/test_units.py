@@ -55,7 +55,7 @@ def test_differences_of_temperatures_have_no_zero(text, kelvin):
 
 @pytest.fixture(scope="module")
 def registry():
-    return pint.UnitRegistry()
+    return pint.get_application_registry()
 
 
 @pytest.mark.parametrize("unit", [unit for unit in units._COMMON if unit != "K"])

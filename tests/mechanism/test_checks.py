@@ -10,7 +10,8 @@ from tolmc.mechanism.checks import finite_number, plain_array, positive_number
 from tolmc.tolerances.dimension import Dimension
 from tolmc.tolerances.distributions import Measured
 
-MM = pint.UnitRegistry().mm
+REGISTRY = pint.get_application_registry()
+MM = REGISTRY.mm
 
 REFUSED = [
     (np.array([20.2, 20.3]) * MM, "carries a unit"),
@@ -85,4 +86,4 @@ def test_an_argument_is_plain_too(value):
 
 def test_an_inertia_with_a_unit_is_refused():
     with pytest.raises(ValueError, match=r"inertia .*carries a unit"):
-        tolmc.Body(1.0, inertia=np.eye(3) * pint.UnitRegistry()("kg mm^2"))
+        tolmc.Body(1.0, inertia=np.eye(3) * REGISTRY("kg mm^2"))

@@ -18,7 +18,8 @@ from tolmc.study.file import load_study
 
 def words(figure: Figure) -> list[str]:
     """Every text of a figure that is drawn."""
-    FigureCanvasAgg(figure).draw()
+    FigureCanvasAgg(figure)
+    figure.draw_without_rendering()
     return [
         text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text")) if text.get_visible()
     ]
@@ -26,7 +27,7 @@ def words(figure: Figure) -> list[str]:
 
 def assert_nothing_is_cut_off(figure: Figure):
     canvas = FigureCanvasAgg(figure)
-    canvas.draw()
+    figure.draw_without_rendering()
     drawn = figure.get_tightbbox(canvas.get_renderer())  # inches
     assert drawn.x0 >= 0 and drawn.y0 >= 0
     assert drawn.x1 <= figure.get_figwidth() and drawn.y1 <= figure.get_figheight()

@@ -112,12 +112,11 @@ def _bootstrapped(values: np.ndarray, rng: np.random.Generator, resamples: int, 
     terms = [f_a + f_b, f_a**2 + f_b**2]
     terms += [f_b * (f - f_a) for f in f_mixed] + [0.5 * (f_a - f) ** 2 for f in f_mixed]
     columns = np.stack(terms, axis=1)
-    equal = np.full(count, 1 / count)
 
-    def indices(weights):
-        sum_ab, sum_of_squares, *numerators = weights @ columns
+    def indices(times):  # that each row counts
+        sum_ab, sum_of_squares, *numerators = (times / count) @ columns
         return np.array(numerators) / (0.5 * sum_of_squares - (0.5 * sum_ab) ** 2)
 
-    resampled = [indices(rng.multinomial(count, equal) / count) for _ in range(resamples)]
+    resampled = [indices(np.bincount(rng.integers(count, size=count), minlength=count)) for _ in range(resamples)]
     tail = 0.5 * (1 - confidence)
-    return np.vstack([indices(equal), np.quantile(resampled, [tail, 1 - tail], axis=0)])
+    return np.vstack([indices(np.ones(count)), np.quantile(resampled, [tail, 1 - tail], axis=0)])
