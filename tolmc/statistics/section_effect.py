@@ -73,21 +73,25 @@ def paired_differences(
 
 
 def _jackknife(pair: np.ndarray, groups: np.ndarray, confidence: float) -> list[Estimate]:
-    present = np.unique(groups)
+    present, sizes = np.unique(groups, return_counts=True)
     if pair.shape[1] < 2 * SCRAMBLINGS or len(present) < 2:
         return [Estimate(math.nan, -math.inf, math.inf)] * len(_STATISTICS)
     value = _difference(pair)
-    without = np.array([_difference(pair[:, groups != group]) for group in present])
+    without = np.empty((len(present), len(_STATISTICS)))
+    for size in np.unique(sizes):  # groups of a size at once: they all have the same, or a row more
+        of_size = sizes == size
+        without[of_size] = _difference(np.stack([pair[:, groups != group] for group in present[of_size]]))
     count = len(present)
     error = np.sqrt((count - 1) / count * np.square(without - without.mean(axis=0)).sum(axis=0))
     half = t_quantile(confidence, count - 1) * error
     return [Estimate(v, v - h, v + h) for v, h in zip(value.tolist(), half.tolist(), strict=True)]
 
 
-def _difference(pair: np.ndarray) -> np.ndarray:
-    quantiles = np.quantile(pair, list(QUANTILES.values()), axis=1)
-    statistics = np.vstack([pair.mean(axis=1), pair.std(axis=1), quantiles])
-    return statistics[:, 0] - statistics[:, 1]
+def _difference(pairs: np.ndarray) -> np.ndarray:
+    """First less second statistics, (..., statistics), of (..., 2, rows)."""
+    quantiles = np.quantile(pairs, list(QUANTILES.values()), axis=-1)
+    first, second = np.moveaxis([pairs.mean(axis=-1), pairs.std(axis=-1), *quantiles], -1, 0)
+    return np.moveaxis(first - second, 0, -1)
 
 
 def section_of_requirements(
