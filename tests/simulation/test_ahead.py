@@ -59,9 +59,13 @@ def test_the_process_is_told_what_to_compile_and_ends_with_the_context(monkeypat
 
 
 def test_the_process_compiles_the_kernel(tmp_path):
-    """Of one that the tests have compiled it says so at once; a kernel that it does not know is an error."""
+    """Which is done at once for one that the tests have compiled."""
     subprocess.run([sys.executable, "-m", "tolmc.simulation.ahead", TOLD], check=True, cwd=tmp_path, timeout=300)
     assert jit.is_kept(engine.name_of("slope_symmetric", "rk8", load=True, forces=True))
+
+
+@pytest.mark.slow
+def test_of_a_kernel_that_is_none_the_process_fails(tmp_path):
     wrong = TOLD.replace("rk8", "euler")
     done = subprocess.run(
         [sys.executable, "-m", "tolmc.simulation.ahead", wrong], cwd=tmp_path, capture_output=True, timeout=300

@@ -124,7 +124,8 @@ class Surrogate:
     def __call__(self, inputs: pd.DataFrame) -> pd.DataFrame:
         """Outputs at the inputs (a row a sample); extra columns are ignored."""
         low, high = np.array([self.box[name] for name in self.varied]).T[:, :, None]
-        x = (2.0 * inputs[list(self.varied)].to_numpy(float).T - (low + high)) / (high - low)
+        x = np.array([inputs[name].to_numpy(float) for name in self.varied])
+        x = (2.0 * x - (low + high)) / (high - low)
         values = np.empty((len(inputs), len(self.outputs)))
         for start in range(0, len(inputs), CHUNK):
             rows = slice(start, start + CHUNK)
