@@ -29,6 +29,14 @@ def pytest_collection_modifyitems(items):
             item.add_marker("slow")  # so that -m "not slow", which takes the place of the default, leaves it out too
 
 
+@pytest.hookimpl(optionalhook=True)  # of pytest-xdist
+def pytest_xdist_make_scheduler(config, log):
+    """Each worker begins with a half of its own, and takes of the other's when it is done: both end at once."""
+    from xdist.scheduler import WorkStealingScheduling
+
+    return WorkStealingScheduling(config, log) if config.getvalue("dist") == "load" else None
+
+
 def pytest_collection_finish():
     gc.freeze()  # a million objects of what has been imported stay to the end: nobody need look at them for garbage
 

@@ -7,7 +7,7 @@ import numba as nb
 import numpy as np
 import pytest
 from one_sided_rows import CASES, bore, row_of, scene_of, some_of
-from scenes import PAPER_JOINT, SYMMETRIC, UNBALANCED, dimensions
+from scenes import NEXT_TO_NO_LOAD, PAPER_JOINT, SYMMETRIC, UNBALANCED, dimensions
 
 import tolmc
 
@@ -46,7 +46,7 @@ def journal(
     joint = replace(PAPER_JOINT, section=section, friction=MU, slip_speed=slip_speed)
     other = place + math.pi if tilted else place
     motion = tolmc.Motion(place, other, rate, rate, spin_rate=spin)
-    return tolmc.Scene(joint, DISC, loads or tolmc.Loads(), motion, duration)
+    return tolmc.Scene(joint, DISC, loads or NEXT_TO_NO_LOAD, motion, duration)
 
 
 def clearance(section):
