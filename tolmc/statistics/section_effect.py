@@ -90,8 +90,8 @@ def _jackknife(pair: np.ndarray, groups: np.ndarray, confidence: float) -> list[
 def _difference(pairs: np.ndarray) -> np.ndarray:
     """First less second statistics, (..., statistics), of (..., 2, rows)."""
     quantiles = np.quantile(pairs, list(QUANTILES.values()), axis=-1)
-    first, second = np.moveaxis([pairs.mean(axis=-1), pairs.std(axis=-1), *quantiles], -1, 0)
-    return np.moveaxis(first - second, 0, -1)
+    statistics = np.array([pairs.mean(axis=-1), pairs.std(axis=-1), *quantiles])  # (statistics, ..., 2)
+    return np.moveaxis(statistics[..., 0] - statistics[..., 1], 0, -1)
 
 
 def section_of_requirements(
