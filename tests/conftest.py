@@ -18,6 +18,12 @@ from ready_pictures import pictures_at_hand
 # Numba holds millions of objects while it compiles: looking for garbage among them as often as usual takes a fifth of it.
 gc.set_threshold(100_000, 50, 50)
 
+if os.environ.get("NUMBA_DISABLE_JIT") == "1":
+    # Before kernels are made of it: without compilation every lane takes its time, and most of 32 repeat another's motion.
+    from tolmc.kernels import lanes
+
+    lanes.WIDTH = 4
+
 settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.load_profile("repeatable")
 
