@@ -36,7 +36,8 @@ def rows_whose_status(samples: pd.DataFrame, holds) -> np.ndarray:
     if "status" not in samples:
         return np.zeros(len(samples), bool)
     status = pd.Categorical(samples["status"])  # free where it is one already, as in a run's file
-    return np.array([holds(word) for word in status.categories], bool)[status.codes]
+    of_categories = np.array([holds(word) for word in status.categories], bool)
+    return of_categories[status.codes] if of_categories.any() else np.zeros(len(status), bool)
 
 
 def failed(samples: pd.DataFrame) -> np.ndarray:
