@@ -12,6 +12,7 @@ from one_sided_rows import CASES, bore, row_of, scene_of, some_of
 from scenes import PAPER_JOINT, SYMMETRIC, UNBALANCED, dimensions
 
 import tolmc
+from tolmc.quantities import END_OUTPUTS
 from tolmc.runs import run as runs
 from tolmc.simulation import one_sided
 from tolmc.simulation.pilot import plan_integration
@@ -421,15 +422,37 @@ def test_an_interrupted_run_goes_on_with_the_same_bits(tmp_path, monkeypatch):
     pd.testing.assert_frame_equal(resumed, whole, check_exact=True)
 
 
-def test_the_pilot_says_up_to_which_impact_halved_steps_agree():
+def bouncing(restitution, duration):
+    """A journal that is dropped within the clearance and bounces for long."""
     motion = tolmc.Motion.free((0.001, 0.002), (0.15, -0.05), (0.05, 0.0), (0.0, 5.0), spin_rate=60.0)
-    scene = tolmc.Scene(replace(PAPER_JOINT, restitution=0.95), SYMMETRIC.body, GRAVITY, motion, 2.0)
+    return tolmc.Scene(replace(PAPER_JOINT, restitution=restitution), SYMMETRIC.body, GRAVITY, motion, duration)
+
+
+def test_the_pilot_says_up_to_which_impact_halved_steps_agree():
+    scene = bouncing(0.95, 2.0)
     plan = plan_integration(scene)
     assert plan.chaotic == 1
     assert 5 < plan.agreeing_impacts < 200
     assert f"agree up to {plan.agreeing_impacts} impacts" in plan.chaotic_words()
     briefly = plan_integration(replace(scene, duration=0.1))
     assert (briefly.chaotic, briefly.agreeing_impacts, briefly.chaotic_words()) == (0, -1, "")
+
+
+def test_a_motion_is_not_chaotic_as_long_as_shorter_steps_help():
+    """Its energy balance is at rounding with half the steps that its pose needs."""
+    scene = bouncing(0.95, 0.9)
+    plan = plan_integration(scene)
+    assert (plan.chaotic, plan.unresolved, plan.bounded) == (0, 0, False)
+    found, finer = (some_of(scene, END_OUTPUTS, step=scene.duration / n) for n in (plan.steps, 8 * plan.steps))
+    origin = ["origin_x_end", "origin_y_end"]
+    assert np.hypot(*(found[origin] - finer[origin])) < plan.accuracy * scene.joint.effective_radius
+
+
+def test_contacts_that_come_to_rest_do_not_keep_the_pilot_busy():
+    """Each rest takes 1e-11 of the clearance from the energy balance, however short the steps are."""
+    plan = plan_integration(bouncing(0.9, 1.2))
+    assert (plan.chaotic, plan.bounded) == (1, False)
+    assert plan.steps < 2000
 
 
 # Trajectories

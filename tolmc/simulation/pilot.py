@@ -36,6 +36,8 @@ _PATIENCE = 6  # halvings of the step without gain after which the pilot gives a
 _FAR_FASTER = 64  # how much faster than the middle one a motion may be for the pilot to follow it
 _EXACT_BALANCE = 1e-12  # energy error of a motion whose steps cannot be shortened with any gain
 _PATIENCE_AT_ROUNDING = 2  # the same patience with a motion whose energy error is there
+_REST_BALANCE = 1e-10  # energy error that contacts leave that come to rest from 1e-11 of the clearance, at any step
+_HELP = 4.0  # by how much half the step lessens the error of a motion with impacts where it still helps
 _IN_ORDER = 1e-2  # error below which it falls as the method's order says
 #: What the pilot may take of the run that it serves, and what in any case.
 _OF_RUN, _SECONDS = 0.1, 2.0
@@ -184,38 +186,51 @@ def _balanced(steps: int, balance: np.ndarray, draft: Plan) -> int:
 def _pilot_one_sided(raw, draft: Plan, forces, duration, bound: _Bound) -> Plan:
     """The same where the wall only pushes.
 
-    Impacts amplify what a step leaves: however short it is, halved steps part company after some impacts. A motion is
-    therefore judged by halving while that helps, and by its energy balance alone where the balance is at rounding; how many
-    motions are of the second kind is ``chaotic``, and up to which impact the first of them agrees ``agreeing_impacts``.
+    Impacts amplify what a step leaves: after enough of them halved steps part company however short they are. A motion is
+    therefore judged by halving while that helps, and by its energy balance alone where it does not and the balance is at
+    rounding; how many motions are of the second kind is ``chaotic``, and up to which impact the first of them agrees
+    ``agreeing_impacts``.
     """
-    target = _PILOT_SHARE * draft.accuracy
+    target, count = _PILOT_SHARE * draft.accuracy, raw.shape[1]
 
     def results(steps: int) -> np.ndarray:
         plan = replace(draft, steps=steps)
-        bound.take(plan, raw.shape[1])
+        bound.take(plan, count)
         return integrate(raw, plan, forces, duration, "stop", False)
 
     steps = int(_first_guess(raw, duration).max())
+    # Of every motion: the steps that are enough, by halving or by its balance alone, and the error there.
+    enough, error = np.full(count, _MOST_STEPS), np.full(count, np.inf)
+    before, balance_before = np.full(count, np.inf), np.full(count, np.inf)
+    known, by_balance = np.zeros(count, bool), np.zeros(count, bool)
     coarse = results(steps)
     while True:
         fine = results(2 * steps)
         errors = one_sided_difference(coarse, fine, raw[P.RADIUS], draft)
         balance = np.where(np.isfinite(coarse[R.ENERGY_ERROR]), coarse[R.ENERGY_ERROR], np.inf)
-        known = (errors <= target) & (balance <= target)
-        chaotic = ~known & (balance <= _EXACT_BALANCE)
-        is_judged = (known | chaotic).all()
-        if is_judged or not bound.allows(replace(draft, steps=steps), raw.shape[1]):
-            error = float(np.where(known, errors, balance).max())
-            unresolved, amplified = int((~known & ~chaotic).sum()), int(chaotic.sum())
-            if draft.features.rubs:
-                steps = _balanced(steps, balance[known], draft)
-            found = replace(draft, steps=steps, pilot_error=error, unresolved=unresolved, chaotic=amplified)
-            first = np.flatnonzero(chaotic)[:1]
-            agreeing = (
-                agreeing_impacts(raw[:, first], found, duration) if len(first) and draft.features.one_sided else -1
-            )
-            return replace(found, bounded=not bool(is_judged), agreeing_impacts=agreeing)
+        meets = ~known & (errors <= target) & (balance <= target)
+        stays = (balance <= _REST_BALANCE) & (balance > balance_before / _HELP)
+        first = ~known & ~meets & ~by_balance & ((balance <= _EXACT_BALANCE) | stays)
+        known, by_balance = known | meets, (by_balance & ~meets) | first
+        helps, before, balance_before = by_balance & (errors < before / _HELP), errors, balance
+        better = meets | first | helps
+        enough, error = np.where(better, steps, enough), np.where(better, np.where(meets, errors, balance), error)
+        is_judged = (known | (by_balance & ~helps)).all()
+        if is_judged or not bound.allows(replace(draft, steps=steps), count):
+            break
         steps, coarse = 2 * steps, fine
+    judged = known | by_balance
+    error = np.where(judged, error, balance)
+    steps = int(enough.max()) if judged.all() else steps
+    if draft.features.rubs:
+        steps = _balanced(steps, balance[known], draft)
+    found = replace(
+        draft, steps=steps, pilot_error=float(error.max()), unresolved=int((~judged).sum()),
+        chaotic=int(by_balance.sum()), bounded=not bool(is_judged),
+    )  # fmt: skip
+    first = np.flatnonzero(by_balance)[:1]
+    agreeing = agreeing_impacts(raw[:, first], found, duration) if len(first) and draft.features.one_sided else -1
+    return replace(found, agreeing_impacts=agreeing)
 
 
 def _corners(scene: Scene, bounds: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
