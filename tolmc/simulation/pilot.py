@@ -202,7 +202,7 @@ def _pilot_one_sided(raw, draft: Plan, forces, duration, bound: _Bound) -> Plan:
     # Of every motion: the steps that are enough, by halving or by its balance alone, and the error there.
     enough, error = np.full(count, _MOST_STEPS), np.full(count, np.inf)
     before, balance_before = np.full(count, np.inf), np.full(count, np.inf)
-    known, by_balance = np.zeros(count, bool), np.zeros(count, bool)
+    known, by_balance, helps = (np.zeros(count, bool) for _ in range(3))
     coarse = results(steps)
     while True:
         fine = results(2 * steps)
@@ -212,10 +212,11 @@ def _pilot_one_sided(raw, draft: Plan, forces, duration, bound: _Bound) -> Plan:
         stays = (balance <= _REST_BALANCE) & (balance > balance_before / _HELP)
         first = ~known & ~meets & ~by_balance & ((balance <= _EXACT_BALANCE) | stays)
         known, by_balance = known | meets, (by_balance & ~meets) | first
-        helps, before, balance_before = by_balance & (errors < before / _HELP), errors, balance
+        helps = by_balance & (errors < before / _HELP)
+        before, balance_before = errors, balance
         better = meets | first | helps
         enough, error = np.where(better, steps, enough), np.where(better, np.where(meets, errors, balance), error)
-        is_judged = (known | (by_balance & ~helps)).all()
+        is_judged = bool((known | (by_balance & ~helps)).all())
         if is_judged or not bound.allows(replace(draft, steps=steps), count):
             break
         steps, coarse = 2 * steps, fine
@@ -226,10 +227,10 @@ def _pilot_one_sided(raw, draft: Plan, forces, duration, bound: _Bound) -> Plan:
         steps = _balanced(steps, balance[known], draft)
     found = replace(
         draft, steps=steps, pilot_error=float(error.max()), unresolved=int((~judged).sum()),
-        chaotic=int(by_balance.sum()), bounded=not bool(is_judged),
+        chaotic=int(by_balance.sum()), bounded=not is_judged,
     )  # fmt: skip
-    first = np.flatnonzero(by_balance)[:1]
-    agreeing = agreeing_impacts(raw[:, first], found, duration) if len(first) and draft.features.one_sided else -1
+    amplified = np.flatnonzero(by_balance)[:1]
+    agreeing = agreeing_impacts(raw[:, amplified], found, duration) if len(amplified) and draft.features.one_sided else -1
     return replace(found, agreeing_impacts=agreeing)
 
 
