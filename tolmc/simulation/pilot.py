@@ -230,7 +230,9 @@ def _pilot_one_sided(raw, draft: Plan, forces, duration, bound: _Bound) -> Plan:
         chaotic=int(by_balance.sum()), bounded=not is_judged,
     )  # fmt: skip
     amplified = np.flatnonzero(by_balance)[:1]
-    agreeing = agreeing_impacts(raw[:, amplified], found, duration) if len(amplified) and draft.features.one_sided else -1
+    agreeing = (
+        agreeing_impacts(raw[:, amplified], found, duration) if len(amplified) and draft.features.one_sided else -1
+    )
     return replace(found, agreeing_impacts=agreeing)
 
 
