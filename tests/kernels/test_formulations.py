@@ -38,15 +38,20 @@ every_formulation = pytest.mark.parametrize("name", FORMULATIONS)
 def every_kernel(*chosen):
     """Cases (name, method, forces) of every formulation with each (method, forces) that is ``chosen``.
 
-    Of rk4 with contact forces the suite compiles one. The formula with the other equations :func:`test_order` compiles, their
-    watchers of forces rk8; :func:`test_the_formulations_run_without_compilation` and the nightly run have all.
+    Of rk4 with contact forces the suite compiles one, of motions alone those that other tests need too. The formula with the
+    other equations :func:`test_order` compiles, their watchers of forces rk8; the nightly run has all, and
+    :func:`test_the_formulations_run_without_compilation`.
     """
+
+    def is_compiled(name, method, forces):
+        if not forces:
+            return name in ("slope_symmetric", "slope_general")
+        return method == "rk8" or name == "slope_symmetric"
+
     return pytest.mark.parametrize(
         ("name", "method", "forces"),
         [
-            pytest.param(
-                name, method, forces, marks=() if method == "rk8" or name == "slope_symmetric" else pytest.mark.nightly
-            )
+            pytest.param(name, method, forces, marks=() if is_compiled(name, method, forces) else pytest.mark.nightly)
             for method, forces in chosen
             for name in FORMULATIONS
             if forces or not FORMULATIONS[name].RUBS  # friction follows the contact forces
