@@ -2,7 +2,7 @@
 
 The steps of a motion differ in how rough they are by orders of magnitude, and errors go with their eighth power: the roughest
 tells whether the motion is resolved. Energy often does not. Rough is a step whose last stage, of low order, sees other forces
-than its end, or whose mean forces are not those of its ends and their rates: a spike between them.
+than its end, or whose mean forces are far from those of its ends and their rates: a spike between them.
 """
 
 from __future__ import annotations
@@ -14,6 +14,10 @@ from tolmc.kernels.seen import LATE_D, LATE_E, N_D, N_E, RATE_D, RATE_E, SUM_D
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
 from tolmc.kernels.watchers.between import Between
+
+#: A mean force this far from that of the cubic through both ends, as a share of the forces there, is a spike's. Differences that
+#: are less are those of an eighth-order step and a cubic, and do not tell which step is rough.
+_SPIKE = 0.1
 
 
 def watch(system: System, between: Between) -> Watcher:
@@ -37,7 +41,7 @@ def watch(system: System, between: Between) -> Watcher:
 
     @device
     def roughness(seen, after, per_length, lane):
-        """How far the last stage's forces are from the end's, and the mean ones from those of the cubic through both ends."""
+        """How far the last stage's forces are from the end's, and with a spike the mean ones from those of the cubic."""
         d0, d1, e0, e1 = (
             seen[N_D * WIDTH + lane],
             after[N_D * WIDTH + lane],
@@ -48,7 +52,8 @@ def watch(system: System, between: Between) -> Watcher:
         bend_d = (seen[RATE_D * WIDTH + lane] - after[RATE_D * WIDTH + lane]) / 12.0
         bend_e = (seen[RATE_E * WIDTH + lane] - after[RATE_E * WIDTH + lane]) / 12.0
         late = abs(seen[LATE_D * WIDTH + lane] - d1) + abs(seen[LATE_E * WIDTH + lane] - e1)
-        return late + abs(mean_d - 0.5 * (d0 + d1) - bend_d) + abs(mean_e - 0.5 * (e0 + e1) - bend_e)
+        spike = abs(mean_d - 0.5 * (d0 + d1) - bend_d) + abs(mean_e - 0.5 * (e0 + e1) - bend_e)
+        return late + (spike if spike > _SPIKE * (abs(d0) + abs(d1) + abs(e0) + abs(e1)) else 0.0)
 
     @routine
     def rough(seen, after, number, reached, per_length, rows, work):
