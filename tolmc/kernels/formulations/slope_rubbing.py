@@ -170,11 +170,7 @@ def advance(y, coef, h, k, first, lane, width, with_load):
     s, d, rate_s, rate_d, pull, n_d, n_e, kinetic, potential, q = motion_
     v2_d, v2_e, loss = rub
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
-    both, half = h * s, h * d
-    k[first + lane] = -(both * oy + half * wy)
-    k[first + width + lane] = both * ox + half * wx
-    k[first + 2 * width + lane] = -(both * wy + half * oy)
-    k[first + 3 * width + lane] = both * wx + half * ox
+    plain.turn(k, first, 0.5 * h * (s + d), 0.5 * h * (s - d), ox, oy, wx, wy, lane, width)
     k[first + 4 * width + lane] = h * rate_s
     k[first + 5 * width + lane] = h * rate_d
     k[first + SPIN * width + lane] = h * (coef[_SPUN * width + lane] * pull)

@@ -30,14 +30,15 @@ from tolmc.kernels import parameters as P
 from tolmc.kernels.jit import device
 
 STATE = 6  # o_x, o_y, w_x, w_y, P_s, P_d
-COEFFICIENTS = 16
+COEFFICIENTS = 18
 TORQUE = False
 RUBS = False
 
-# Rows of the coefficients: kappa, 2 kappa, B, Z, kappa Z, Gamma, F/(m r), G_x/(m r L), G_z/(m r^2), m r/2, m r^2, r, and
-# the cosine and sine of the turn of the axes.
+# Rows of the coefficients: kappa, 2 kappa, B, Z, kappa Z, Gamma, F/(m r), G_x/(m r L) and G_z/(m r^2), kappa times these, m r/2,
+# m r^2, half of that, r, and the cosine and sine of the turn of the axes.
 (
-    KAPPA, KAPPA_2, B, Z, KAPPA_Z, GAMMA, FX, FY, GX, GZ, HALF_FORCE, ENERGY, HALF_ENERGY, R, COS, SIN,
+    KAPPA, KAPPA_2, B, Z, KAPPA_Z, GAMMA, FX, FY, GX, GZ, KAPPA_GX, KAPPA_GZ,
+    HALF_FORCE, ENERGY, HALF_ENERGY, R, COS, SIN,
 ) = range(COEFFICIENTS)  # fmt: skip
 
 _TINY = 1e-140  # below it a vector has no direction: the squares of its components are no longer full numbers
@@ -65,8 +66,9 @@ def prepare(raw, i, coef, lane, width):
     elif force > _TINY:
         cos_t, sin_t = fx / force, fy / force
     coef[FX * width + lane], coef[FY * width + lane] = cos_t * fx + sin_t * fy, cos_t * fy - sin_t * fx
-    coef[GX * width + lane] = moment
-    coef[GZ * width + lane] = (z * raw[P.GRAVITY_Z, i] + z_force * raw[P.FORCE_Z, i]) / (r * r)
+    gz = (z * raw[P.GRAVITY_Z, i] + z_force * raw[P.FORCE_Z, i]) / (r * r)
+    coef[GX * width + lane], coef[KAPPA_GX * width + lane] = moment, kappa * moment
+    coef[GZ * width + lane], coef[KAPPA_GZ * width + lane] = gz, kappa * gz
     coef[HALF_FORCE * width + lane] = 0.5 * mass * r
     coef[ENERGY * width + lane], coef[HALF_ENERGY * width + lane] = mass * r * r, 0.5 * mass * r * r
     coef[R * width + lane] = r
@@ -131,8 +133,8 @@ def reduced(
     the inverse of their determinant. The forces enter by f.o, f.w and the turned f.Jo, f.Jw with f = F/(m r); the pose itself
     only by its products with G_x; without ``transverse`` load both play no part. What a caller does not use is not computed.
     """
-    kappa, inertia, z = coef[KAPPA * width + lane], coef[B * width + lane], coef[Z * width + lane]
-    y = 1.0 / (1.0 + kappa * q)
+    inertia, z = coef[B * width + lane], coef[Z * width + lane]
+    y = 1.0 / (1.0 + coef[KAPPA * width + lane] * q)
     n = math.sqrt(y)
     py, ny, zn = p * y, n * y, z * n
     iy = inertia * y
@@ -142,47 +144,41 @@ def reduced(
     s = (a22 * momentum_s - a12 * momentum_d) * inverse
     d = (a11 * momentum_d - a12 * momentum_s) * inverse
 
-    bend = iy2 * py
-    a11_q = iy2 - 1.0
-    a22_q = -a11_q - coef[KAPPA_2 * width + lane] * bend
-    a12_q2 = coef[KAPPA_Z * width + lane] * ny * (q - 3.0 * py)
-    twist = gamma * ny
-    force_s = 0.0
-    force_d = 0.0
-    tip = 0.0
+    force_s, force_d, tip = 0.0, 0.0, 0.0
     load_sum, load_difference, potential = 0.0, 0.0, 0.0
     if with_load:
-        axial = coef[GZ * width + lane]
-        kny = kappa * ny
+        axial = coef[KAPPA_GZ * width + lane]
         if transverse:
             gx = coef[GX * width + lane]
-            ngx = n * gx
-            force_s = jf_o - ngx * wy
-            force_d = jf_w - ngx * oy
-            axial += gx * wx
-            load_difference = f_w + ngx * ox
-            load_sum = f_o + ny * (gx * wx) - kny * q * coef[GZ * width + lane]
-            potential = -(f_o + n * axial)
+            ngx, gwx = n * gx, gx * wx
+            force_s, force_d = jf_o - ngx * wy, jf_w - ngx * oy
+            load_sum, load_difference = f_o + ny * (gwx - q * axial), f_w + ngx * ox
+            potential = -(f_o + n * (coef[GZ * width + lane] + gwx))
+            axial += coef[KAPPA_GX * width + lane] * wx
         else:
-            load_sum = -kny * q * axial
-            potential = -n * axial
-        tip = kny * axial
-    hd = h * d
-    rate_s = force_s + hd * twist
-    rate_d = force_d + h * (s * (a11_q * s + (a12_q2 * d - twist)) + (a22_q * d * d - tip))
+            load_sum = -ny * (q * axial)
+            potential = -n * coef[GZ * width + lane]
+        tip = ny * axial
 
-    v_s = force_s - hd * (2.0 * a11_q * s + (a12_q2 * d - twist))
-    v_d = force_d + h * (s * (a11_q * s - twist) - (a22_q * d * d + tip))
-    qy = q * y
-    s2, d2 = s * s, d * d
-    iqy2 = iy2 * q
-    kpy = coef[KAPPA_2 * width + lane] * py
-    total = s * (twist * q - 2.0 * z * ny * d) - d2 * (p + iqy2 * (1.0 + kpy)) - s2 * (p + iqy2) - load_sum
-    difference = twist * p * d - 2.0 * s * d * a22 - zn * (d2 * (p + qy * (1.0 + 1.5 * kpy)) + s2) - load_difference
+    twist, kzny = gamma * ny, coef[KAPPA_Z * width + lane] * ny
+    bow = kzny * q
+    stretch = 1.0 + coef[KAPPA_2 * width + lane] * py
+    a11_q, a12_q2, a22_q = iy2 - 1.0, kzny * (q - (py + py + py)), 1.0 - iy2 * stretch
+    hd, s2, d2, s_pull, d_pull = h * d, s * s, d * d, a11_q * s, a22_q * (d * d)
+    drift = a12_q2 * d - twist
+    pull = s_pull + drift
+    rate_s, rate_d = force_s + hd * twist, force_d + h * (s * pull + (d_pull - tip))
+    v_s, v_d = force_s - hd * (pull + s_pull), force_d + h * (s * (s_pull - twist) - (d_pull + tip))
+
+    zny = z * ny
+    iqy2, qy = iy2 * q, q * y
+    outward = twist * q - (zny + zny) * d - s * (p + iqy2)
+    total = s * outward - d2 * (p + iqy2 * stretch) - load_sum
+    difference = d * (twist * p - (s + s) * a22) - zn * (d2 * (p + qy * (1.5 * stretch - 0.5)) + s2) - load_difference
     kinetic = 0.5 * (s * momentum_s + d * momentum_d)
     return (
         s, d, rate_s, rate_d, v_s, v_d, total, difference, kinetic, potential,
-        (n, iy, a11_q, kappa * zn * qy, a11, a22, a12, inverse),
+        (n, iy, a11_q, bow, a11, a22, a12, inverse),
     )  # fmt: skip
 
 
@@ -199,15 +195,15 @@ def dynamics(
         f_o, f_w, jf_o, jf_w, ox, wx, oy, wy, coef, lane, width, with_load,
     )  # fmt: skip
     _, iy, a11_q, bow, a11, a22, a12, inverse = elements
-    s_rate, d_rate = (v_s * a22 - v_d * a12) * inverse, (v_d * a11 - v_s * a12) * inverse
-    total += h * (d_rate * a11_q - bow * s_rate)
-    difference += h * (s_rate * (1.0 - iy) - bow * d_rate)
+    s_rate, d_rate, hi = v_s * a22 - v_d * a12, v_d * a11 - v_s * a12, h * inverse
+    total += hi * (d_rate * a11_q - bow * s_rate)
+    difference += hi * (s_rate * (1.0 - iy) - bow * d_rate)
     half = coef[HALF_FORCE * width + lane]
-    lambda_d, lambda_e = half * (total + difference), half * (total - difference)
-    normal = math.sqrt(1.0 + coef[KAPPA * width + lane] * q * q)
+    normal = -half * math.sqrt(1.0 + coef[KAPPA * width + lane] * q * q)
+    inward_d, inward_e = total + difference, total - difference
     kinetic = coef[HALF_ENERGY * width + lane] * (s * momentum_s + d * momentum_d)
     return (
-        s, d, rate_s, rate_d, -lambda_d * normal, -lambda_e * normal, lambda_d, lambda_e,
+        s, d, rate_s, rate_d, normal * inward_d, normal * inward_e, half * inward_d, half * inward_e,
         kinetic, coef[ENERGY * width + lane] * potential,
     )  # fmt: skip
 
@@ -227,15 +223,22 @@ def evaluate(y, coef, lane, width, with_load):
 
 
 @device
+def turn(k, first, half_d, half_e, ox, oy, wx, wy, lane, width):
+    """h o' and h w' from h/2 times the angular speeds of D = o + w and E = o - w, which are s + d and s - d.
+
+    J (s o + d w) takes eight products, this four: products and sums are not the same units of a processor.
+    """
+    dx, dy, ex, ey = half_d * (ox + wx), half_d * (oy + wy), half_e * (ox - wx), half_e * (oy - wy)
+    k[first + lane], k[first + width + lane] = -(dy + ey), dx + ex
+    k[first + 2 * width + lane], k[first + 3 * width + lane] = ey - dy, dx - ex
+
+
+@device
 def advance(y, coef, h, k, first, lane, width, with_load):
     """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
     s, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = evaluate(y, coef, lane, width, with_load)
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
-    s, d = h * s, h * d
-    k[first + lane] = -(s * oy + d * wy)
-    k[first + width + lane] = s * ox + d * wx
-    k[first + 2 * width + lane] = -(s * wy + d * oy)
-    k[first + 3 * width + lane] = s * wx + d * ox
+    turn(k, first, 0.5 * h * (s + d), 0.5 * h * (s - d), ox, oy, wx, wy, lane, width)
     k[first + 4 * width + lane] = h * rate_s
     k[first + 5 * width + lane] = h * rate_d
     r = coef[R * width + lane]
