@@ -10,9 +10,12 @@ from scenes import CYLINDER, LOADED, PAPER_JOINT, START, SYMMETRIC, UNBALANCED, 
 from twins.invariants import angular_momentum_z
 
 from tolmc import Body, Joint, Loads, Motion, Scene, simulate, simulate_many
+from tolmc.kernels import results as R
 from tolmc.quantities import ALWAYS, END_OUTPUTS
 from tolmc.simulation import pilot
 from tolmc.simulation.integration import integrate
+from tolmc.simulation.judge import INACCURATE, judged
+from tolmc.simulation.packing import pack
 from tolmc.simulation.pilot import plan_integration
 from tolmc.simulation.plan import step_seconds
 
@@ -101,6 +104,17 @@ def test_a_projection_on_the_energy_hides_no_error():
     assert fine.status == "ok"
     assert fine.energy_correction < 1e-9
     assert "energy_correction" not in plain
+
+
+def test_a_mean_above_the_rms_is_no_result_however_large_the_largest_force():
+    """As in a motion that blew up where contact seemed to be lost: beside 2e15 N any contradiction is small."""
+    plan = plan_integration(SYMMETRIC, step=1e-3)
+    columns = {name: np.full(2, value) for name, value in SYMMETRIC.scalars.items()}
+    raw, code = pack(columns, 2)
+    results = integrate(raw, plan, True, SYMMETRIC.duration, "stop", False)
+    results[R.D_MEAN : R.D_RMS + 1, 1] = 1.2e6, 2.2e4
+    results[R.D_MAX, 1] = 2e15
+    assert judged(code, results, raw, plan, forces=True).tolist() == [R.OK, INACCURATE]
 
 
 @pytest.mark.parametrize("factor", [1e155, 1e-165])

@@ -7,10 +7,10 @@ A formulation has, with SI units at its borders and every array flat, (row, lane
 ``TORQUE``
     Whether its loads may have a torque, or friction and a drive do work, which the energy balance then includes.
 ``RUBS``
-    Whether it has friction. ``advance`` then also returns the slip powers N |v| at both ends, the heat, friction's moment about
-    the axis, half the sum of the polar rates, by how much the slower contact exceeds the slip speed, and the margin by which
-    the contact forces are determined; ``sense(y, coef, lane, width, with_load)`` returns (N_D, N_E, |w|^2, the moment), and
-    ``spin_rate(y, coef, lane, width)`` Omega.
+    Whether it has friction. ``advance`` then returns in place of the power the slip powers N |v| at both ends, the heat and
+    friction's moment about the axis, in the units that ``units(coef, lane, width)`` gives; half the sum of the polar rates, by
+    how much the slower contact exceeds the slip speed, and the margin by which the contact forces are determined.
+    ``sense(y, coef, lane, width, with_load)`` returns (N_D, N_E, |w|^2, the moment), ``spin_rate(y, coef, lane, width)`` Omega.
 ``prepare(raw, i, coef, lane, width)``, ``start(raw, i, y, coef, lane, width)``
     Coefficients and state at t = 0 of a lane from column i of the parameters.
 ``advance(y, coef, h, k, first, lane, width, with_load)``

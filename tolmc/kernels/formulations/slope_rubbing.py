@@ -29,8 +29,8 @@ COEFFICIENTS = plain.COEFFICIENTS + 8
 TORQUE = True
 RUBS = True
 
-# rho* = r*/r, C/(m L^2 rho*), -m r^2 rho*^2/C where the spin is free, -1/rho* where a drive holds it, mu, the square of the
-# slip speed over r, r/L, and 1/(B - Z^2).
+# rho* = r*/r, C/(m L^2 rho*), -m r^2 rho*^2/C where the spin is free, -Omega where a drive holds it, mu, the square of the slip
+# speed over r, r/L, and 1/(B - Z^2).
 _ROUND, _GYRO, _SPUN, _HELD, _MU, _SLIP, _KAPPA_1, _INVERSE_B = range(plain.COEFFICIENTS, COEFFICIENTS)
 
 _LEAST = 1e-36  # least square that has an inverse root in single precision: of a slip of 1e-18 r a second
@@ -44,7 +44,7 @@ def prepare(raw, i, coef, lane, width):
     spin, held, round_ = raw[P.J_ZZ, i], raw[P.HELD, i], raw[P.JOURNAL_RADIUS, i] / r
     coef[_ROUND * width + lane], coef[_GYRO * width + lane] = round_, spin / (mass * length * length * round_)
     coef[_SPUN * width + lane] = -mass * (r * round_) ** 2 / spin if spin > 0.0 and held == 0.0 else 0.0
-    coef[_HELD * width + lane] = -held / round_
+    coef[_HELD * width + lane] = -held * raw[P.SPIN_RATE, i]
     coef[_MU * width + lane] = raw[P.FRICTION, i]
     coef[_SLIP * width + lane] = max((raw[P.SLIP_SPEED, i] / r) ** 2, _LEAST)
     coef[_KAPPA_1 * width + lane] = r / length
@@ -85,8 +85,8 @@ def pressed(p, q, k1, coef, lane, width):
 def evaluate(y, coef, lane, width, with_load):
     """All that is known of one lane.
 
-    (s, d, P_s', P_d', friction's force around the axis, N_D, N_E, T, V, q) with forces over m r and T, V over m r^2; (|v_D|^2,
-    |v_E|^2, the power of friction over m r^2); (p, k1 and the elements of K).
+    (s, d, P_s', P_d', friction's force around the axis over m r, N_D, N_E, T, V, q) with T, V over m r^2; (|v_D|^2, |v_E|^2,
+    the power of friction over m r^2); (p, k1 and the elements of K).
     """
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     turn = y[SPIN * width + lane]
@@ -104,8 +104,9 @@ def evaluate(y, coef, lane, width, with_load):
         ox, wx, oy, wy, coef, lane, width, with_load,
     )  # fmt: skip
     n, iy, a11_q, bow, a11, a22, a12, inverse = elements
-    normal = math.sqrt(1.0 + kq * q)
-    inverse_normal = 1.0 / normal
+    normal2 = 1.0 + kq * q
+    inverse_normal = inverse_root(normal2)
+    normal = normal2 * inverse_normal
     rho, kn, nh = round_ * inverse_normal, kappa_1 * n, n * h
     e, over = kn * h, nh * inverse_normal
     further, around, half = e * rho, n * normal, 0.5 * normal
@@ -115,37 +116,35 @@ def evaluate(y, coef, lane, width, with_load):
     by_s, by_d = -around * s - turn, around * d
     vb_d, vb_e = by_s - by_d, by_s + by_d
     v2_d, v2_e = ve_d * ve_d + vb_d * vb_d, ve_e * ve_e + vb_e * vb_e
-    # Friction per unit N and velocity, times half of the normal's length.
+    # Friction per unit N, along the axis and around it, times half of the normal's length. By roots and divisions, four more of
+    # each, a stage would wait for the one unit that has them.
     slip, size = coef[_SLIP * width + lane], -coef[_MU * width + lane] * half
     f_d, f_e = size * inverse_root(v2_d + slip), size * inverse_root(v2_e + slip)
+    fe_d, fb_d, fe_e, fb_e = f_d * ve_d, f_d * vb_d, f_e * ve_e, f_e * vb_e
 
-    # Generalised forces Q_s, Q_d of each contact for a unit f; what such forces add to S + D and to S - D.
-    by_e, by_b = further * ve_d, around * vb_d
-    qs_d, qd_d = near * ve_d - by_b, -(by_e + by_b)
-    by_e, by_b = further * ve_e, around * vb_e
-    qs_e, qd_e = -(near * ve_e + by_b), by_b - by_e
+    # What generalised forces add to S + D and to S - D; with their parts along the radii (p + q = 1) what such friction does.
     hi, level, cross = h * inverse, 1.0 - iy, bow * a12
     sum_s, sum_d = -bow * a22 - a11_q * a12, a11_q * a11 + cross
     gap_s, gap_d = level * a22 + cross, -bow * a11 - level * a12
     plus_s, plus_d = hi * (sum_s + gap_s), hi * (sum_d + gap_d)
     minus_s, minus_d = hi * (sum_s - gap_s), hi * (sum_d - gap_d)
-    # Their parts along the radii, with p + q = 1.
     own, other, g = kn * (rho - q), kn * (q + rho * (q - p)), (kq + kq) * over
-    k_dd = 1.0 + f_d * (plus_s * qs_d + plus_d * qd_d + own * ve_d - g * vb_d)
-    k_ed = f_d * (minus_s * qs_d + minus_d * qd_d + other * ve_d)
-    k_de = f_e * (plus_s * qs_e + plus_d * qd_e + other * ve_e)
-    k_ee = 1.0 + f_e * (minus_s * qs_e + minus_d * qd_e + own * ve_e + g * vb_e)
+    up_s, up_d, down_s, down_d = plus_s * near, plus_d * further, minus_s * near, minus_d * further
+    k_dd = 1.0 + fe_d * (own + up_s - up_d) - fb_d * (around * (plus_s + plus_d) + g)
+    k_ed = fe_d * (other + down_s - down_d) - fb_d * (around * (minus_s + minus_d))
+    k_de = fe_e * (other - up_s - up_d) - fb_e * (around * (plus_s - plus_d))
+    k_ee = 1.0 + fe_e * (own - down_s - down_d) - fb_e * (around * (minus_s - minus_d) - g)
     plus = total + difference + plus_s * v_s + plus_d * v_d
     minus = total - difference + minus_s * v_s + minus_d * v_d
     per_k = -1.0 / (k_dd * k_ee - k_de * k_ed)
     n_d, n_e = (k_ee * plus - k_de * minus) * per_k, (k_dd * minus - k_ed * plus) * per_k
-    drag_d, drag_e = n_d * f_d, n_e * f_e
-    rate_s += drag_d * qs_d + drag_e * qs_e
-    rate_d += drag_d * qd_d + drag_e * qd_e
-    pull = drag_d * vb_d + drag_e * vb_e
+    e_d, e_e, b_d, b_e = n_d * fe_d, n_e * fe_e, n_d * fb_d, n_e * fb_e
+    pull, newton = b_d + b_e, 2.0 * coef[plain.HALF_FORCE * width + lane] * half
+    drag_s, drag_d = near * (e_d - e_e) - around * pull, around * (b_e - b_d) - further * (e_d + e_e)
+    loss = e_d * ve_d + b_d * vb_d + e_e * ve_e + b_e * vb_e
     return (
-        (s, d, rate_s, rate_d, pull, half * n_d, half * n_e, kinetic, potential, q),
-        (v2_d, v2_e, drag_d * v2_d + drag_e * v2_e),
+        (s, d, rate_s + drag_s, rate_d + drag_d, pull, newton * n_d, newton * n_e, kinetic, potential, q),
+        (v2_d, v2_e, loss),
         (p, coef[plain.Z * width + lane] * n, k_dd, k_de, k_ed, k_ee),
     )  # fmt: skip
 
@@ -161,10 +160,11 @@ def energies(kinetic, potential, turn, coef, lane, width):
 
 @device
 def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V, the power of friction and drive, and what rubs.
+    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V, and what rubs.
 
     That is: the slip powers N |v| at both ends, the heat, friction's moment about the axis, s, the margin by which the
-    slower contact is faster than the slip speed, and the one by which the forces are determined.
+    slower contact is faster than the slip speed, and the one by which the forces are determined. Slip powers, heat and moment
+    are in the units of :func:`units`: the sums over a step take them once.
     """
     motion_, rub, press = evaluate(y, coef, lane, width, with_load)
     s, d, rate_s, rate_d, pull, n_d, n_e, kinetic, potential, q = motion_
@@ -174,22 +174,29 @@ def advance(y, coef, h, k, first, lane, width, with_load):
     k[first + 4 * width + lane] = h * rate_s
     k[first + 5 * width + lane] = h * rate_d
     k[first + SPIN * width + lane] = h * (coef[_SPUN * width + lane] * pull)
-    r, newton = coef[plain.R * width + lane], 2.0 * coef[plain.HALF_FORCE * width + lane]
-    joule = coef[plain.ENERGY * width + lane]
-    turn = y[SPIN * width + lane]
+    r, turn = coef[plain.R * width + lane], y[SPIN * width + lane]
     kinetic, potential = energies(kinetic, potential, turn, coef, lane, width)
-    heat, moment = -joule * loss, -joule * coef[_ROUND * width + lane] * pull
-    power = coef[_HELD * width + lane] * moment * turn - heat
-    slip = math.sqrt(coef[_SLIP * width + lane])
-    slow = math.sqrt(min(v2_d, v2_e)) - slip
+    slow = math.sqrt(min(v2_d, v2_e)) - math.sqrt(coef[_SLIP * width + lane])
     p, k1, k_dd, k_de, k_ed, k_ee = press
     a_dd, a_ee, a_de = pressed(p, q, k1, coef, lane, width)
     margin = min(a_dd * k_dd + a_de * k_ed, a_de * k_de + a_ee * k_ee)
     margin = min(margin, (a_dd * a_ee - a_de * a_de) * (k_dd * k_ee - k_de * k_ed))
     return (
-        newton * n_d, newton * n_e, r * r * q, kinetic, potential, power,
-        joule * n_d * math.sqrt(v2_d), joule * n_e * math.sqrt(v2_e), heat, moment, s, slow, margin,
+        n_d, n_e, r * r * q, kinetic, potential,
+        n_d * math.sqrt(v2_d), n_e * math.sqrt(v2_e), -loss, -pull, s, slow, margin,
     )  # fmt: skip
+
+
+@device
+def units(coef, lane, width):
+    """Of one lane the units of powers (m r^2), slip powers (r) and moments (m r r*); and -Omega where a drive holds it."""
+    joule = coef[plain.ENERGY * width + lane]
+    return (
+        joule,
+        coef[plain.R * width + lane],
+        joule * coef[_ROUND * width + lane],
+        coef[_HELD * width + lane],
+    )
 
 
 @device
@@ -197,9 +204,8 @@ def sense(y, coef, lane, width, with_load):
     """N_D, N_E, |w|^2 and friction's moment about the axis."""
     motion_, _, _ = evaluate(y, coef, lane, width, with_load)
     _, _, _, _, pull, n_d, n_e, _, _, q = motion_
-    r, newton = coef[plain.R * width + lane], 2.0 * coef[plain.HALF_FORCE * width + lane]
-    moment = -coef[plain.ENERGY * width + lane] * coef[_ROUND * width + lane] * pull
-    return newton * n_d, newton * n_e, r * r * q, moment
+    r = coef[plain.R * width + lane]
+    return n_d, n_e, r * r * q, -coef[plain.ENERGY * width + lane] * coef[_ROUND * width + lane] * pull
 
 
 project = plain.project
@@ -232,11 +238,11 @@ def observe(y, coef, lane, width, with_load):
     motion_, _, _ = evaluate(y, coef, lane, width, with_load)
     _, _, _, _, _, n_d, n_e, kinetic, potential, q = motion_
     kinetic, potential = energies(kinetic, potential, y[SPIN * width + lane], coef, lane, width)
-    r, newton = coef[plain.R * width + lane], 2.0 * coef[plain.HALF_FORCE * width + lane]
+    r = coef[plain.R * width + lane]
     per_normal = -1.0 / math.sqrt(1.0 + coef[plain.KAPPA * width + lane] * q * q)
     cos_t, sin_t = r * coef[plain.COS * width + lane], r * coef[plain.SIN * width + lane]
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     return (
         cos_t * ox - sin_t * oy, sin_t * ox + cos_t * oy, cos_t * wx - sin_t * wy, sin_t * wx + cos_t * wy,
-        newton * n_d, newton * n_e, newton * per_normal * n_d, newton * per_normal * n_e, kinetic, potential, r * r * q,
+        n_d, n_e, per_normal * n_d, per_normal * n_e, kinetic, potential, r * r * q,
     )  # fmt: skip

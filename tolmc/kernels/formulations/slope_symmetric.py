@@ -34,8 +34,8 @@ COEFFICIENTS = 18
 TORQUE = False
 RUBS = False
 
-# Rows of the coefficients: kappa, 2 kappa, B, Z, kappa Z, Gamma, F/(m r), G_x/(m r L) and G_z/(m r^2), kappa times these, m r/2,
-# m r^2, half of that, r, and the cosine and sine of the turn of the axes.
+# Rows of the coefficients: kappa, 2 kappa, B, Z, kappa Z, Gamma, F/(m r), G_x/(m r L) and G_z/(m r^2), kappa times these two,
+# m r/2, m r^2, half of that, r, and the cosine and sine of the turn of the axes.
 (
     KAPPA, KAPPA_2, B, Z, KAPPA_Z, GAMMA, FX, FY, GX, GZ, KAPPA_GX, KAPPA_GZ,
     HALF_FORCE, ENERGY, HALF_ENERGY, R, COS, SIN,

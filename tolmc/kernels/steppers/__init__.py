@@ -11,8 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 
-import numpy as np
-
 from tolmc.kernels.jit import device, inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout
 from tolmc.kernels.seen import (
@@ -33,6 +31,9 @@ from tolmc.kernels.seen import (
     SLIP_E,
     SLOW,
     SUM_D,
+    SUM_D2,
+    SUM_E,
+    SUM_E2,
     SUM_S,
     SUM_SIZE,
     SUM_TORQUE,
@@ -42,8 +43,8 @@ from tolmc.kernels.seen import (
 )
 from tolmc.kernels.tableaux import Tableau, weighted_sum
 
-#: What is sampled at a stage: N_D, N_E and a power; with friction also what rubs, in the order of :func:`rub_integrals`.
-SAMPLES, RUBBING = 3, 5
+#: What is summed up over the stages: rows of ``seen`` from SUM_D on, with friction also those from SLIP_D on.
+SUMS, RUBBING = LATE_E - SUM_D + 1, SUM_S - SLIP_D + 1
 #: Share of a step over which rates are taken: their error is 1e-6 of a quantity's change, of rounding 1e-10 of it.
 NUDGE = 2.0**-20
 
@@ -59,46 +60,70 @@ class Stepper:
 
 @dataclass(frozen=True)
 class Rows:
-    """Where a step works: the argument of a stage, the stages' increments h y', then what is sampled at them."""
+    """Where a step works: the argument of a stage; the stages' increments h y', and after them what is summed up over them.
+
+    Sums, and not what each stage has seen: all that a step works with so stays in the first-level cache.
+    """
 
     argument: slice
     k: slice
-    #: First row of the samples in the array of the increments, and how many there are a stage.
-    samples: int
-    per_stage: int
+    #: Row of the first sum in the array of the increments.
+    sums: int
 
     @classmethod
     def of(cls, equations: ModuleType, tableau: Tableau, layout: Layout) -> Rows:
         """Rows of one stepper."""
-        increments, per_stage = tableau.stages * equations.STATE, SAMPLES + (RUBBING if equations.RUBS else 0)
+        increments = tableau.stages * equations.STATE
         argument = layout.block(equations.STATE)
-        return cls(argument, layout.block(increments + per_stage * tableau.stages), increments, per_stage)
+        return cls(argument, layout.block(increments + SUMS + (RUBBING if equations.RUBS else 0)), increments)
 
 
-def sampler(equations: ModuleType, forces: bool) -> Callable:
-    """Function ``sample(found, k, row, lane)``: what a right-hand side has found of one lane, as far as anyone sums it up."""
-    torque = equations.TORQUE
+def adder(equations: ModuleType, forces: bool, *, begins: bool, is_last: bool) -> Callable:
+    """Function ``add(found, k, row, weight, lane)``: what a right-hand side has found of one lane, to the sums from ``row`` on.
 
-    if equations.RUBS:
+    ``begins``: there is nothing yet to add to; ``is_last``: the forces are those of the last stage.
+    """
+    torque, rubs = equations.TORQUE, equations.RUBS
+
+    @device
+    def put(k, at, value):
+        k[at] = value if begins else k[at] + value
+
+    @device
+    def add_forces(n_d, n_e, k, row, weight, lane):
+        d, e = weight * n_d, weight * n_e
+        put(k, row + lane, d)
+        put(k, row + WIDTH + lane, d * n_d)
+        put(k, row + 2 * WIDTH + lane, e)
+        put(k, row + 3 * WIDTH + lane, e * n_e)
+        if is_last:
+            k[row + (LATE_D - SUM_D) * WIDTH + lane], k[row + (LATE_E - SUM_D) * WIDTH + lane] = n_d, n_e
+
+    if rubs:
 
         @device
-        def sample(found, k, row, lane):
-            n_d, n_e, _, _, _, power, slip_d, slip_e, heat, moment, s, _, _ = found
-            k[row + lane], k[row + WIDTH + lane], k[row + 2 * WIDTH + lane] = n_d, n_e, power
-            k[row + 3 * WIDTH + lane], k[row + 4 * WIDTH + lane], k[row + 5 * WIDTH + lane] = slip_d, slip_e, heat
-            k[row + 6 * WIDTH + lane], k[row + 7 * WIDTH + lane] = moment, s
+        def add(found, k, row, weight, lane):
+            n_d, n_e, _, _, _, slip_d, slip_e, heat, moment, s, _, _ = found
+            add_forces(n_d, n_e, k, row, weight, lane)
+            first, turned = row + SUMS * WIDTH + lane, weight * moment
+            put(k, first, weight * slip_d)
+            put(k, first + WIDTH, weight * slip_e)
+            put(k, first + 2 * WIDTH, weight * heat)
+            put(k, first + 3 * WIDTH, turned)
+            put(k, first + 4 * WIDTH, turned if moment > 0.0 else -turned)
+            put(k, first + 5 * WIDTH, weight * s)
 
     else:
 
         @device
-        def sample(found, k, row, lane):
+        def add(found, k, row, weight, lane):
             n_d, n_e, _, _, _, power = found
             if forces:
-                k[row + lane], k[row + WIDTH + lane] = n_d, n_e
+                add_forces(n_d, n_e, k, row, weight, lane)
             if torque:
-                k[row + 2 * WIDTH + lane] = power
+                put(k, row + (WORK - SUM_D) * WIDTH + lane, weight * power)
 
-    return sample
+    return add
 
 
 def looker(equations: ModuleType, load: bool) -> Callable:
@@ -132,19 +157,21 @@ def looker(equations: ModuleType, load: bool) -> Callable:
 
 def _rubbing_looker(equations: ModuleType, load: bool) -> Callable:
     """The same with what rubs: its powers stand at first where their integrals over the step will."""
-    state, advance, sense = equations.STATE, equations.advance, equations.sense
+    state, advance, sense, units = equations.STATE, equations.advance, equations.sense, equations.units
 
     @routine
     def look(y, coef, h, k, argument, seen):
         for lane in range(WIDTH):
-            n_d, n_e, w2, kinetic, potential, power, slip_d, slip_e, heat, moment, s, slow, margin = advance(
+            watt, slip, turn, _ = units(coef, lane, WIDTH)
+            n_d, n_e, w2, kinetic, potential, slip_d, slip_e, heat, moment, s, slow, margin = advance(
                 y, coef, h[lane], k, 0, lane, WIDTH, load
             )
             seen[N_D * WIDTH + lane], seen[N_E * WIDTH + lane], seen[W2 * WIDTH + lane] = n_d, n_e, w2
             seen[KINETIC * WIDTH + lane], seen[ENERGY * WIDTH + lane] = kinetic, kinetic + potential
-            seen[WORK * WIDTH + lane], seen[TORQUE * WIDTH + lane] = power, moment
-            seen[SLIP_D * WIDTH + lane], seen[SLIP_E * WIDTH + lane], seen[HEAT * WIDTH + lane] = slip_d, slip_e, heat
-            seen[SUM_S * WIDTH + lane], seen[SLOW * WIDTH + lane], seen[MARGIN * WIDTH + lane] = s, slow, margin
+            seen[SLIP_D * WIDTH + lane], seen[SLIP_E * WIDTH + lane] = slip * slip_d, slip * slip_e
+            seen[HEAT * WIDTH + lane], seen[TORQUE * WIDTH + lane] = watt * heat, turn * moment
+            seen[SUM_S * WIDTH + lane] = s
+            seen[SLOW * WIDTH + lane], seen[MARGIN * WIDTH + lane] = slow, margin
         for m in range(state * WIDTH):
             argument[m] = y[m] + NUDGE * k[m]
         for lane in range(WIDTH):
@@ -172,74 +199,69 @@ def closing(tableau: Tableau, equations: ModuleType) -> Callable:
     return close
 
 
-def integrals(tableau: Tableau, forces: bool, torque: bool, rows: Rows) -> Callable:
-    """Function ``integrate(h, k, seen)``: integrals over the step by the method's own weights, of its order.
+def integrals(tableau: Tableau, equations: ModuleType, forces: bool, rows: Rows) -> Callable:
+    """Function ``integrate(h, coef, k, seen)``: integrals over the step by the method's own weights, of its order.
 
-    What was seen at the stages stands in k, that of the first stage in ``seen``.
+    The sums over the stages stand in k; of the first stage, with forces, what was seen stands in ``seen``.
     """
-    stages, weights, first, each = tableau.stages, tableau.b, rows.samples, rows.per_stage
+    if equations.RUBS:
+        return _rubbing_integrals(tableau, equations, rows)
+    begun, torque, first = tableau.b[0], equations.TORQUE, rows.sums * WIDTH
+    add_up = _force_integrals(tableau, rows)
 
     @inlined
-    def integrate(h, k, seen):
-        for lane in range(WIDTH):
-            if forces:
-                n_d, n_e = seen[N_D * WIDTH + lane], seen[N_E * WIDTH + lane]
-                d, d2 = weights[0] * n_d, weights[0] * n_d * n_d
-                e, e2 = weights[0] * n_e, weights[0] * n_e * n_e
-                for stage in range(1, stages):
-                    if weights[stage] != 0.0:
-                        n_d = k[(first + each * stage) * WIDTH + lane]
-                        n_e = k[(first + each * stage + 1) * WIDTH + lane]
-                        d += weights[stage] * n_d
-                        d2 += weights[stage] * n_d * n_d
-                        e += weights[stage] * n_e
-                        e2 += weights[stage] * n_e * n_e
-                seen[SUM_D * WIDTH + lane], seen[(SUM_D + 1) * WIDTH + lane] = h[lane] * d, h[lane] * d2
-                seen[(SUM_D + 2) * WIDTH + lane], seen[(SUM_D + 3) * WIDTH + lane] = h[lane] * e, h[lane] * e2
-                seen[LATE_D * WIDTH + lane] = k[(first + each * (stages - 1)) * WIDTH + lane]
-                seen[LATE_E * WIDTH + lane] = k[(first + each * (stages - 1) + 1) * WIDTH + lane]
+    def integrate(h, coef, k, seen):
+        if forces:
+            add_up(h, k, seen)
         if torque:
             for lane in range(WIDTH):
-                work = weights[0] * seen[WORK * WIDTH + lane]
-                for stage in range(1, stages):
-                    if weights[stage] != 0.0:
-                        work += weights[stage] * k[(first + each * stage + 2) * WIDTH + lane]
+                work = k[first + (WORK - SUM_D) * WIDTH + lane]
+                if forces:
+                    work += begun * seen[WORK * WIDTH + lane]
                 seen[WORK * WIDTH + lane] = h[lane] * work
 
     return integrate
 
 
-def rub_integrals(tableau: Tableau, rows: Rows) -> Callable:
-    """Function ``integrate(h, k, seen)``: the same of N |v| at both ends, the heat, the moment and its size, and s."""
-    columns = np.array([stage for stage, weight in enumerate(tableau.b) if stage > 0 and weight != 0.0])
-    weights, terms, begun = np.array(tableau.b)[columns], len(columns), tableau.b[0]
-    first, each = rows.samples + SAMPLES, rows.per_stage
+def _force_integrals(tableau: Tableau, rows: Rows) -> Callable:
+    begun, first = tableau.b[0], rows.sums * WIDTH
 
-    @device
-    def mean(k, begins, quantity, lane):
-        total = begun * begins
-        for t in range(terms):
-            total += weights[t] * k[(first + each * columns[t] + quantity) * WIDTH + lane]
-        return total
+    @inlined
+    def add_up(h, k, seen):
+        for lane in range(WIDTH):
+            n_d, n_e, at = seen[N_D * WIDTH + lane], seen[N_E * WIDTH + lane], first + lane
+            d, e = begun * n_d, begun * n_e
+            seen[SUM_D * WIDTH + lane] = h[lane] * (d + k[at])
+            seen[SUM_D2 * WIDTH + lane] = h[lane] * (d * n_d + k[at + WIDTH])
+            seen[SUM_E * WIDTH + lane] = h[lane] * (e + k[at + 2 * WIDTH])
+            seen[SUM_E2 * WIDTH + lane] = h[lane] * (e * n_e + k[at + 3 * WIDTH])
+            seen[LATE_D * WIDTH + lane] = k[at + (LATE_D - SUM_D) * WIDTH]
+            seen[LATE_E * WIDTH + lane] = k[at + (LATE_E - SUM_D) * WIDTH]
 
-    # Short loops one after the other: LLVM unrolls the sum of a long one too late to pack it.
-    @routine
-    def integrate(h, k, seen):
+    return add_up
+
+
+def _rubbing_integrals(tableau: Tableau, equations: ModuleType, rows: Rows) -> Callable:
+    """The same with N |v| at both ends, the heat, the moment and its size, and s.
+
+    What friction and drive do together: the heat, with the other sign, and where the spin is held the moment times that.
+    """
+    begun, units, first = tableau.b[0], equations.units, (rows.sums + SUMS) * WIDTH
+    add_up = _force_integrals(tableau, rows)
+
+    @inlined
+    def integrate(h, coef, k, seen):
+        add_up(h, k, seen)
         for lane in range(WIDTH):
-            seen[SLIP_D * WIDTH + lane] = h[lane] * mean(k, seen[SLIP_D * WIDTH + lane], 0, lane)
-        for lane in range(WIDTH):
-            seen[SLIP_E * WIDTH + lane] = h[lane] * mean(k, seen[SLIP_E * WIDTH + lane], 1, lane)
-        for lane in range(WIDTH):
-            seen[HEAT * WIDTH + lane] = h[lane] * mean(k, seen[HEAT * WIDTH + lane], 2, lane)
-        for lane in range(WIDTH):
-            moment = begun * seen[TORQUE * WIDTH + lane]
-            size = begun * abs(seen[TORQUE * WIDTH + lane])
-            for t in range(terms):
-                there = k[(first + each * columns[t] + 3) * WIDTH + lane]
-                moment += weights[t] * there
-                size += weights[t] * abs(there)
-            seen[SUM_TORQUE * WIDTH + lane], seen[SUM_SIZE * WIDTH + lane] = h[lane] * moment, h[lane] * size
-        for lane in range(WIDTH):
-            seen[SUM_S * WIDTH + lane] = h[lane] * mean(k, seen[SUM_S * WIDTH + lane], 4, lane)
+            watt, slip, turn, held = units(coef, lane, WIDTH)
+            heat, moment, at = seen[HEAT * WIDTH + lane], seen[TORQUE * WIDTH + lane], first + lane
+            heat = h[lane] * (begun * heat + watt * k[at + 2 * WIDTH])
+            turned = h[lane] * (begun * moment + turn * k[at + 3 * WIDTH])
+            seen[SLIP_D * WIDTH + lane] = h[lane] * (begun * seen[SLIP_D * WIDTH + lane] + slip * k[at])
+            seen[SLIP_E * WIDTH + lane] = h[lane] * (begun * seen[SLIP_E * WIDTH + lane] + slip * k[at + WIDTH])
+            seen[HEAT * WIDTH + lane], seen[SUM_TORQUE * WIDTH + lane] = heat, turned
+            seen[WORK * WIDTH + lane] = held * turned - heat
+            seen[SUM_SIZE * WIDTH + lane] = h[lane] * (begun * abs(moment) + turn * k[at + 4 * WIDTH])
+            seen[SUM_S * WIDTH + lane] = h[lane] * (begun * seen[SUM_S * WIDTH + lane] + k[at + 5 * WIDTH])
 
     return integrate

@@ -10,16 +10,15 @@ from types import ModuleType
 
 from tolmc.kernels.jit import device, inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout
-from tolmc.kernels.steppers import Rows, Stepper, closing, integrals, looker, rub_integrals, sampler
+from tolmc.kernels.steppers import Rows, Stepper, adder, closing, integrals, looker
 from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 
 def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, layout: Layout) -> Stepper:
     """Stepper by ``tableau`` for short equations."""
-    rows, close, rubs = Rows.of(equations, tableau, layout), closing(tableau, equations), equations.RUBS
+    rows, close = Rows.of(equations, tableau, layout), closing(tableau, equations)
     argument_rows, k_rows = rows.argument, rows.k
-    look, integrate = looker(equations, load), integrals(tableau, forces, equations.TORQUE, rows)
-    integrate_rubbing = rub_integrals(tableau, rows)
+    look, integrate = looker(equations, load), integrals(tableau, equations, forces, rows)
     stages = _in_order([_stage(tableau, equations, load, forces, number, rows)
                         for number in range(1 if forces else 0, tableau.stages)])  # fmt: skip
 
@@ -29,8 +28,8 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
         close(y, end, coef, k, seen)
 
     @routine
-    def finish(h, k, seen):
-        integrate(h, k, seen)
+    def finish(h, coef, k, seen):
+        integrate(h, coef, k, seen)
 
     @inlined
     def step(y, end, coef, h, seen, work):
@@ -39,9 +38,7 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
             look(y, coef, h, k, argument, seen)
         through_stages(y, end, coef, h, k, argument, seen)
         if forces:
-            finish(h, k, seen)
-        if rubs:
-            integrate_rubbing(h, k, seen)
+            finish(h, coef, k, seen)
 
     @inlined
     def see(y, coef, h, seen, work):
@@ -53,8 +50,10 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
 def _stage(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, number: int, rows: Rows):
     """One stage: its argument's sum over the stages before, its right-hand side, and the forces where they have a weight."""
     state, advance, argument_at = equations.STATE, equations.advance, weighted_sum(tableau.rows[number])
-    size, watched = state * WIDTH, forces and tableau.weights.get(number, 0.0) != 0.0
-    seen_at, sample = (rows.samples + rows.per_stage * number) * WIDTH, sampler(equations, forces)
+    size, sums, weight = state * WIDTH, rows.sums * WIDTH, tableau.weights.get(number, 0.0)
+    watched = [stage for stage in sorted(tableau.weights) if stage > 0] if forces else []
+    is_watched, begins, is_last = number in watched, number == min(watched, default=0), number == tableau.stages - 1
+    add = adder(equations, forces, begins=begins, is_last=is_last)
 
     @device
     def stage(y, k, argument, coef, h):
@@ -62,8 +61,8 @@ def _stage(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, nu
             for c in range(state):
                 argument[c * WIDTH + lane] = argument_at(y, k, size, c * WIDTH + lane)
             found = advance(argument, coef, h[lane], k, number * size, lane, WIDTH, load)
-            if watched:
-                sample(found, k, seen_at, lane)
+            if is_watched:
+                add(found, k, sums, weight, lane)
 
     return stage
 

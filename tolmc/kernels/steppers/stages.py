@@ -6,50 +6,43 @@ from types import ModuleType
 
 from tolmc.kernels.jit import inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout
-from tolmc.kernels.seen import WORK
-from tolmc.kernels.steppers import Rows, Stepper, closing, integrals, looker, rub_integrals, sampler
+from tolmc.kernels.steppers import Rows, Stepper, adder, closing, integrals, looker
 from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 
 def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, layout: Layout) -> Stepper:
     """Stepper by ``tableau`` for any equations."""
-    state, stages = equations.STATE, tableau.stages
+    state, stages, weights = equations.STATE, tableau.stages, tableau.b
     advance, torque, close = equations.advance, equations.TORQUE, closing(tableau, equations)
     size, rows, start = state * WIDTH, Rows.of(equations, tableau, layout), 1 if forces else 0
-    argument_rows, k_rows, samples_row, each = rows.argument, rows.k, rows.samples, rows.per_stage
-    rubs, sample = equations.RUBS, sampler(equations, forces)
-    stage_argument = _arguments(tableau, size)
-    look, integrate = looker(equations, load), integrals(tableau, forces, torque, rows)
-    integrate_rubbing = rub_integrals(tableau, rows)
+    argument_rows, k_rows, first = rows.argument, rows.k, rows.sums * WIDTH
+    add, stage_argument = adder(equations, forces, begins=False, is_last=True), _arguments(tableau, size)
+    look, integrate = looker(equations, load), integrals(tableau, equations, forces, rows)
 
     # On its own, for LLVM to see arrays and not parts of one: two written and three read, whose overlaps it checks.
     @routine
-    def right_hand_sides(argument, coef, h, k, samples):
+    def right_hand_sides(argument, coef, h, k, weight, sums):
         for lane in range(WIDTH):
-            sample(advance(argument, coef, h[lane], k, 0, lane, WIDTH, load), samples, 0, lane)
+            add(advance(argument, coef, h[lane], k, 0, lane, WIDTH, load), sums, 0, weight, lane)
 
     @routine
     def finish(y, end, coef, k, seen):
         close(y, end, coef, k, seen)
 
     @routine
-    def sum_up(h, k, seen):
-        if torque and not forces:
-            for lane in range(WIDTH):
-                seen[WORK * WIDTH + lane] = k[(samples_row + 2) * WIDTH + lane]
-        integrate(h, k, seen)
+    def sum_up(h, coef, k, seen):
+        integrate(h, coef, k, seen)
 
     @routine
     def through_stages(y, end, coef, h, k, argument, seen):
+        k[first:] = 0.0
         for stage in range(start, stages):
             stage_argument(stage, y, k, argument)
-            row = (samples_row + each * stage) * WIDTH
-            right_hand_sides(argument, coef, h, k[stage * size : (stage + 1) * size], k[row : row + each * WIDTH])
+            here = k[stage * size : (stage + 1) * size]
+            right_hand_sides(argument, coef, h, here, weights[stage], k[first:])
         finish(y, end, coef, k, seen)
         if forces or torque:
-            sum_up(h, k, seen)
-        if rubs:
-            integrate_rubbing(h, k, seen)
+            sum_up(h, coef, k, seen)
 
     @inlined
     def step(y, end, coef, h, seen, work):

@@ -15,8 +15,8 @@ from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
 from tolmc.kernels.watchers.between import Between
 
-#: A mean force this far from that of the cubic through both ends, as a share of the forces there, is a spike's. Differences that
-#: are less are those of an eighth-order step and a cubic, and do not tell which step is rough.
+#: A mean force this far from that of the cubic through both ends, as a share of the forces there, is a spike's. What is less is
+#: the difference of an eighth-order step from a cubic, and does not tell which step is rough.
 _SPIKE = 0.1
 
 
