@@ -39,6 +39,7 @@ from __future__ import annotations
 import math
 
 from tolmc.kernels.jit import device
+from tolmc.kernels.roots import inverse_root
 
 STATE = 7  # c_x, c_y, cos(delta), sin(delta), sin(eps), turning rate of c, nu
 
@@ -61,15 +62,16 @@ def shape(cos_d, sin_d, sin_e, nu, clearance, journal):
     a = clearance * fold + lift * sin_e
     g = lift * cos_e2 * (cos_d * cos_d)
     gain, rest = kappa - g, kappa * fold
-    inverse = 1.0 / (a * gain * rest)
-    inverse_a = rest * inverse  # 1/(a (kappa - g))
-    mu = a * a * gain * inverse
-    turn = (kappa + g) * rest * inverse_a * nu
-    lean = 2.0 * kappa * a * inverse_a * (cos_e * cos_e2) * (sin_d * cos_d) * nu
-    kappa_rate = journal * lean
+    a_gain = a * gain
+    inverse = 1.0 / (a_gain * rest)
+    mu = a * a_gain * inverse
+    speed = rest * inverse * nu  # nu/(a (kappa - g))
+    turn = (kappa + g) * rest * speed
+    lean = (kappa + kappa) * a * speed * ((cos_e * cos_e2) * (sin_d * cos_d))
+    opened, turned = kappa * cos_d, turn * nu
     return (
-        kappa * mu * cos_d, mu * sin_d, kappa, 1.0 / (kappa * cos_e), turn, lean,
-        -(kappa_rate * sin_d + kappa * cos_d * turn) * nu, -sin_d * turn * nu,
+        mu * opened, mu * sin_d, kappa, 1.0 / (kappa * cos_e), turn, lean,
+        -(journal * lean * nu * sin_d + opened * turned), -sin_d * turned,
     )  # fmt: skip
 
 
@@ -81,9 +83,8 @@ def contact_forces(cos_d, sin_d, kappa, pull, o_c, o_j, s_c, s_j):
     pull = 1/(kappa cos(eps)).
     """
     half = -0.5 * pull
-    both = half * (kappa * o_c * cos_d + s_j * sin_d)
-    difference = half * (kappa * o_j * sin_d + s_c * cos_d)
-    return both + difference, both - difference
+    both, difference = (kappa * cos_d) * o_c + s_j * sin_d, (kappa * sin_d) * o_j + s_c * cos_d
+    return half * (both + difference), half * (both - difference)
 
 
 @device
@@ -108,11 +109,12 @@ def symmetric(
     # X' and theta' for nu = 1, then the accelerations of O and e for swing' = nu' = 0.
     x_1, tilt_1 = -kappa * sin_d, cos2 * cos_d
     x_rate, tilt_rate = x_1 * nu, tilt_1 * nu
-    tilt_bias = cos2 * y_bias - 2.0 * y * tilt_rate * tilt_rate
-    swing2 = swing * swing
-    a_c, a_j = x_bias - x * swing2, 2.0 * x_rate * swing
-    e_c = -2.0 * cos_t * tilt_rate * swing
-    e_j = cos_t * tilt_bias - sin_t * (tilt_rate * tilt_rate + swing2)
+    tilt_rate2, swing2 = tilt_rate * tilt_rate, swing * swing
+    tilt_bias = cos2 * y_bias - (y + y) * tilt_rate2
+    a_c, a_j = x_bias - x * swing2, (x_rate + x_rate) * swing
+    half_e_c = -cos_t * (tilt_rate * swing)
+    e_c = half_e_c + half_e_c
+    e_j = cos_t * tilt_bias - sin_t * (tilt_rate2 + swing2)
     e_m = tilt_bias - sin_t * cos_t * swing2  # along the meridian (cos(theta) Jc, -sin(theta))
 
     # Inertia less forces: of O along c and Jc, of e along c and the meridian.
@@ -121,19 +123,20 @@ def symmetric(
     r_c = inertia * e_c + z * a_c + gyro * tilt_rate - moment_c
     r_m = inertia * e_m + cos_t * (z * a_j - moment_j) + sin_t * (moment_z + gyro * swing)
 
-    m_11 = x * x + inertia * (sin_t * sin_t)
+    z_sin, z_cos, i_sin = z * sin_t, z * cos_t, inertia * sin_t
+    m_11 = x * x + i_sin * sin_t
     m_22 = x_1 * x_1 + inertia * (tilt_1 * tilt_1)
-    m_12 = z * (cos_t * x * tilt_1 - sin_t * x_1)
+    m_12 = z_cos * (x * tilt_1) - z_sin * x_1
     load_1, load_2 = sin_t * r_c - x * o_j, -x_1 * o_c - tilt_1 * r_m
     inverse = 1.0 / (m_11 * m_22 - m_12 * m_12)
     swing_rate = (m_22 * load_1 - m_12 * load_2) * inverse
     nu_rate = (m_11 * load_2 - m_12 * load_1) * inverse
 
-    x_2, tilt_2 = x_1 * nu_rate, tilt_1 * nu_rate
-    o_c += x_2 - z * sin_t * swing_rate
-    o_j += x * swing_rate + z * cos_t * tilt_2
-    r_c += z * x_2 - inertia * sin_t * swing_rate
-    r_m += inertia * tilt_2 + z * cos_t * x * swing_rate
+    x_2, tilt_2, x_swing = x_1 * nu_rate, tilt_1 * nu_rate, x * swing_rate
+    o_c += x_2 - z_sin * swing_rate
+    o_j += x_swing + z_cos * tilt_2
+    r_c += z * x_2 - i_sin * swing_rate
+    r_m += inertia * tilt_2 + z_cos * x_swing
     n_d, n_e = contact_forces(cos_d, sin_d, kappa, pull, o_c, o_j, cos_t * r_c, cos2 * r_m)
 
     kinetic = 0.5 * (m_11 * swing2 + m_22 * nu * nu) + m_12 * swing * nu
@@ -284,8 +287,7 @@ def project(c_x, c_y, cos_d, sin_d, sin_e, clearance, journal):
 
     c and delta keep their directions; two Newton steps undo any error of sin(eps) that a usable step makes.
     """
-    inverse_c = 1.0 / math.sqrt(c_x * c_x + c_y * c_y)
-    inverse_d = 1.0 / math.sqrt(cos_d * cos_d + sin_d * sin_d)
+    inverse_c, inverse_d = inverse_root(c_x * c_x + c_y * c_y), inverse_root(cos_d * cos_d + sin_d * sin_d)
     cos_d, sin_d = cos_d * inverse_d, sin_d * inverse_d
     sin_e = _closed(sin_e, sin_d * sin_d, clearance, journal)
     sin_e = _closed(sin_e, sin_d * sin_d, clearance, journal)
