@@ -309,3 +309,36 @@ def test_extrema_fall_with_the_step(section):
     for name in extrema:
         found, expected = coarse[name].to_numpy(), fine[name].to_numpy()
         assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max()), name
+
+
+@pytest.mark.parametrize("name", ["friction_and_impacts", "falls_from_the_side"])
+def test_the_time_below_the_slip_speed_is_seen_within_steps(name):
+    """The pilot's steps are long for it: the slip passes through the slip speed and back within one."""
+    scene = scene_of(CASES[name] | {"friction": 0.3, "slip_speed": 1e-2})
+    scene = replace(scene, duration=0.15, motion=replace(scene.motion, spin_rate=3.0))
+    found, finer = (some_of(scene, ("slow_share",), step=step).slow_share for step in (None, scene.duration / 2000))
+    assert finer > 0.05
+    assert found == pytest.approx(finer, abs=3e-4)
+
+
+def test_a_sample_with_friction_does_not_depend_on_its_neighbours():
+    """The last lanes of a block fly on with nobody on the wall beside them: nothing that they have seen there is left."""
+    rng, n = np.random.default_rng(3), 64
+    motion = tolmc.Motion.free((0.001, 0.002), (0.1, -0.05), (0.3, 0.4), (3.0, 5.0), spin_rate=60.0)
+    joint = replace(PAPER_JOINT, restitution=0.5, friction=0.1, slip_speed=1e-2)
+    scene = tolmc.Scene(joint, SYMMETRIC.body, tolmc.Loads((0, -9.81, 0)), motion, 0.08)
+    bores, columns = (
+        rng.uniform(0.0199, 0.0201, n),
+        {"restitution": rng.uniform(0, 1, n), "spin_rate": rng.normal(0, 100, n)},
+    )
+
+    def rows(chosen):
+        sizes = dimensions(scene) | {"bearing_radius": bores[chosen]}
+        varied = {name: column[chosen] for name, column in columns.items()}
+        return tolmc.simulate_many(scene, **sizes, parameters=varied, step=2e-4)
+
+    whole = rows(np.arange(n))
+    assert whole.status.eq("ok").all()
+    numbers = [name for name in whole if whole[name].dtype == float]
+    for chosen in (np.arange(n)[::-1], np.arange(32, 64), np.array([63])):
+        np.testing.assert_array_equal(rows(chosen)[numbers].to_numpy(), whole[numbers].to_numpy()[chosen])

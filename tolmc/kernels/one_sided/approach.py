@@ -53,7 +53,7 @@ def build(equations: Equations, stepper: Stepper) -> Callable:
     n_state, size, stride = equations.state, equations.state * WIDTH, equations.samples * WIDTH
     evaluate, look = stepper.evaluate, stepper.look
     flies, replace_seen = not equations.works, replacer(equations.seen)
-    add = integrals.build(equations, CLASSICAL)
+    add = integrals.build(equations, CLASSICAL, looks=False)
 
     @routine
     def classical(y, f0, coef, lanes, k, argument, samples, end):

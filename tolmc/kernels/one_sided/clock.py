@@ -37,7 +37,7 @@ def build(equations: Equations, stepper: Stepper, rk4: bool) -> Clock:
     looked_samples, ends = stepper.looked_samples, stepper.ends
     rubs, far = equations.rubs, equations.far
     replace_state, replace_seen = replacer(equations.state), replacer(equations.seen)
-    add = integrals.build(equations, CLASSICAL if rk4 else DORMAND_PRINCE)
+    add = integrals.build(equations, CLASSICAL if rk4 else DORMAND_PRINCE, looks=True)
 
     @device
     def may_peak(seen0, seen1, quantity, h, best, coef, lanes, lane):

@@ -22,13 +22,16 @@ def closed(coef):
     return count
 
 
-def build(equations: Equations, tableau: Tableau) -> Callable:
+def build(equations: Equations, tableau: Tableau, *, looks: bool) -> Callable:
     """Routine ``add(coef, lanes, samples, seen0, seen1)`` for steps of length ``lanes[GONE]``, 0 where none is taken.
 
-    ``samples`` are the values at the stages, ``seen0`` and ``seen1`` those at the two ends.
+    ``samples`` are the values at the stages, ``seen0`` and ``seen1`` those at the two ends; ``looks``: whether those at the
+    formula's own places within the step are there.
     """
     stages, weights, n_samples = tableau.stages, tableau.b, equations.samples
     works, rubs, swings = equations.works, equations.rubs, equations.swings
+    places, rows = (tableau.positions, tableau.samples) if looks else ((0.0, 1.0), (0, stages))
+    last = len(places) - 1
 
     @device
     def quadrature(samples, seen, quantity, row, square, lane):
@@ -47,7 +50,31 @@ def build(equations: Equations, tableau: Tableau) -> Callable:
         return h * quadrature(samples, seen, quantity, row, square, lane) if h != 0.0 else 0.0
 
     @device
-    def add_friction(lanes, samples, seen0, seen1):
+    def excess(samples, coef, row, lane):
+        """SLOW at a place within a step: the least slip of the closed ends, from their slip power, less the slip speed."""
+        slip = coef[at.SLIP * WIDTH + lane]
+        least = 2.0 * slip
+        for side in range(2):
+            force = samples[(row * n_samples + at.S_D + side) * WIDTH + lane]
+            power = samples[(row * n_samples + at.S_SLIP_D + side) * WIDTH + lane]
+            presses = (coef[(at.CLOSED_D + side) * WIDTH + lane] > 0.0) & (force > 0.0)
+            least = min(least, power / force) if presses else least
+        return least - slip
+
+    @device
+    def slow_time(h, coef, samples, seen0, seen1, lane):
+        """How long a step is below the slip speed, linear between its places."""
+        if h == 0.0:
+            return 0.0
+        before, share = seen0[at.SLOW * WIDTH + lane], 0.0
+        for place in range(1, last):
+            here = excess(samples, coef, rows[place], lane)
+            share += (places[place] - places[place - 1]) * slow_share(before, here)
+            before = here
+        return h * (share + (1.0 - places[last - 1]) * slow_share(before, seen1[at.SLOW * WIDTH + lane]))
+
+    @device
+    def add_friction(coef, lanes, samples, seen0, seen1):
         for lane in range(WIDTH):
             h = lanes[at.GONE * WIDTH + lane]
             lanes[at.WORK_SLIP_D * WIDTH + lane] += integral(h, samples, seen0, at.S_SLIP_D, at.SLIP_D, False, lane)
@@ -60,8 +87,7 @@ def build(equations: Equations, tableau: Tableau) -> Callable:
                 lanes[at.DRIVE_WORK * WIDTH + lane] += integral(
                     h, samples, seen0, at.S_DRIVE_POWER, at.DRIVE_POWER, False, lane
                 )
-            slow = slow_share(seen0[at.SLOW * WIDTH + lane], seen1[at.SLOW * WIDTH + lane])
-            lanes[at.TIME_SLOW * WIDTH + lane] += h * slow
+            lanes[at.TIME_SLOW * WIDTH + lane] += slow_time(h, coef, samples, seen0, seen1, lane)
             largest = max(seen0[at.TORQUE * WIDTH + lane], seen1[at.TORQUE * WIDTH + lane])
             before = lanes[at.TORQUE_MAX * WIDTH + lane]
             lanes[at.TORQUE_MAX * WIDTH + lane] = max(before, largest) if h > 0.0 else before
@@ -83,7 +109,7 @@ def build(equations: Equations, tableau: Tableau) -> Callable:
                 h = lanes[at.GONE * WIDTH + lane]
                 lanes[at.WORK * WIDTH + lane] += integral(h, samples, seen0, at.S_POWER, at.POWER, False, lane)
         if rubs:
-            add_friction(lanes, samples, seen0, seen1)
+            add_friction(coef, lanes, samples, seen0, seen1)
         for lane in range(WIDTH):
             h = lanes[at.GONE * WIDTH + lane]
             open_d, open_e = coef[at.CLOSED_D * WIDTH + lane] == 0.0, coef[at.CLOSED_E * WIDTH + lane] == 0.0

@@ -79,7 +79,8 @@ def build(equations: Equations, rk4: bool) -> Stepper:
         """y' and what is seen at every lane's state; rates of forces from a look a little way along the motion."""
         for lane in range(WIDTH):
             look_at(y, coef, f, seen, lane, WIDTH)
-        if closed(coef) > 0.0:
+        # With friction whatever the others do: a moment that holds Omega has a rate in flight too, and no old rate stays.
+        if rubs or closed(coef) > 0.0:
             dt = NUDGE * step_length
             for m in range(size):
                 argument[m] = y[m] + dt * f[m]
