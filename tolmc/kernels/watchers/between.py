@@ -127,7 +127,7 @@ def between(system: System) -> Between:
     candidates, intervals = layout.block(4 * ROWS), layout.block(-(-ROWS // WIDTH))
     best, scale, value, place, doubt = (layout.block(1) for _ in range(5))
     at_row, curve_row, guess_row, low_row, high_row, before_row, rate_row, busy_row = (layout.row() for _ in range(8))
-    after_row, sound_row = layout.row(), layout.row()
+    first_row, after_row, sound_row = layout.row(), layout.row(), layout.row()
     # The row before which a lane's motion ends, of the candidate whose interval stands as -1.
     last_row, middle_seen = layout.row(), layout.block(what)
     part_start, part_seen, part_h, end_seen = system.part_start, system.part_seen, system.part_h, system.end_seen
@@ -335,7 +335,10 @@ def between(system: System) -> Between:
         for lane in range(WIDTH):
             rate = (int(work[at_row + lane]) * what + variable + 3) * WIDTH + lane
             work[before_row + lane], work[rate_row + lane] = 0.0, sign * window.seen[rate]
-            work[after_row + lane] = sign * window.seen[rate + what * WIDTH]
+            work[first_row + lane], work[after_row + lane] = (
+                work[rate_row + lane],
+                sign * window.seen[rate + what * WIDTH],
+            )
 
     @routine
     def learn(attempt, variable, sign, until, first, work):
@@ -343,7 +346,8 @@ def between(system: System) -> Between:
 
         Newton's rule with the polynomial's curvature, then with the secant's, within a bracket on whose sides the rates differ.
         Near an end where the value still changes as it does there is no maximum, whatever the polynomial says: beyond the loss
-        of contact the ends that it goes through may be anything.
+        of contact the ends that it goes through may be anything. Nor is one between two places with rates of one sign where
+        the secant's lies beyond: it stands on the other side of an end that is nearly one itself.
         """
         (values, rates), size, known, open_ = of(work[trial_seen], variable), work[scale], work[best], 0
         found, where, left = work[value], work[place], work[doubt]
@@ -362,8 +366,11 @@ def between(system: System) -> Between:
             same = (m > 0.0) & (was > 0.0) & (m >= here * was) | (m < 0.0) & (after < 0.0) & (m <= ahead * after)
             bend = 0.0 if (attempt == 0) & same & (abs(m) > _LEFT * size[lane]) else bend
             moved = x - m / (bend if bend < 0.0 else -1.0)
+            beyond = (m > 0.0) & (high == 1.0) & (after > 0.0) & (moved >= 1.0)
+            beyond |= (m < 0.0) & (low == 0.0) & (work[first_row + lane] < 0.0) & (moved <= 0.0)
+            beyond &= (attempt > 0) & (bend < 0.0)
             moved = moved if (moved > low) & (moved < high) & (bend < 0.0) else 0.5 * (low + high)
-            gain, miss = 0.5 * m * (moved - x), abs(n - work[guess_row + lane])
+            gain, miss = 0.0 if beyond else 0.5 * m * (moved - x), abs(n - work[guess_row + lane])
             is_known = (attempt > 0) | (miss <= _TRUSTED * size[lane])
             busy = work[busy_row + lane] > 0.0
             # The gain is wrong by what the curvature is, which misses as the value does, next to an end by more.
