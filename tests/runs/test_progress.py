@@ -3,9 +3,9 @@ import time
 from io import StringIO
 
 import numba
-import numpy as np
 import pyarrow as pa
 import pytest
+from numba.extending import overload
 
 from tolmc.runs import progress
 
@@ -97,7 +97,7 @@ def test_compiling_is_said_where_the_cache_has_no_kernel(monkeypatch, on_termina
     monkeypatch.setattr(sys, "stderr", shown)
     monkeypatch.setattr(progress, "_LONG", 0.0)
     monkeypatch.setattr(progress, "_SELDOM", 0.01)
-    function = numba.njit(takes_a_moment_to_compile)
+    function = numba.njit(takes_a_moment_to_compile())
     function.py_func.__module__ = module
     with progress.progress("A study"):
         function(1.0)
@@ -109,11 +109,18 @@ def test_compiling_is_said_where_the_cache_has_no_kernel(monkeypatch, on_termina
     assert shown.getvalue().count("compiling") == before
 
 
-def takes_a_moment_to_compile(x):
-    total = x
-    for i in range(10):
-        total += np.full((3, 3), total * i).sum()
-    return total
+def takes_a_moment_to_compile():
+    """A function that does so anew each time: of one that is compiled once more Numba has most."""
+
+    def itself(x):
+        raise NotImplementedError
+
+    @overload(itself)
+    def typed(x):
+        time.sleep(0.3)
+        return lambda x: x
+
+    return lambda x: itself(x)
 
 
 @pytest.mark.parametrize("stream", [None, "closed"])
