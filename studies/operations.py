@@ -87,7 +87,7 @@ def _right_hand_side() -> int:
         def sqrt(x):
             return Traced(math.sqrt(x.value), x)
 
-    plain = {name: getattr(slope_symmetric, name).py_func for name in ("dynamics", "evaluate", "advance")}
+    plain = {name: found.py_func for name, found in vars(slope_symmetric).items() if hasattr(found, "py_func")}
     originals = {name: getattr(slope_symmetric, name) for name in plain}
     try:
         slope_symmetric.math = Roots

@@ -3,11 +3,13 @@
 The cases are small, so that they also run without compilation (``NUMBA_DISABLE_JIT=1``).
 """
 
+import sys
 from dataclasses import replace
 
 import numba as nb
 import numpy as np
 import pytest
+from places import STUDIES
 from scenes import LOADED, PAPER_JOINT, SYMMETRIC
 from twins import section_twin, slope_twin
 from twins.newton_euler import SlidingBody
@@ -19,8 +21,13 @@ from tolmc.kernels import results as R
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.one_sided import hand_over, layout, start
+from tolmc.kernels.tableaux import RK8
 from tolmc.simulation.features import features_of
 from tolmc.simulation.packing import pack
+
+sys.path.append(str(STUDIES))
+
+from operations import step_operations
 
 EXACT = Joint(PAPER_JOINT.bearing_radius, PAPER_JOINT.journal_radius, PAPER_JOINT.half_length, "exact")
 #: A scene for each formulation that the choice by features leads to it.
@@ -192,3 +199,9 @@ def test_a_lane_does_not_see_its_neighbours(name, method, forces):
 @pytest.mark.slow
 def test_the_formulations_run_without_compilation():
     run_uncompiled(__file__, "-k", "not without and not order and not (drift and rk8)")  # those are compiled
+
+
+def test_operations_are_counted_on_the_equations_as_they_stand():
+    """Whatever functions they are made of: twelve right-hand sides of 80 to 120 operations, and the sums between."""
+    sums = 2 * 6 * (sum(map(len, RK8.rows)) + len(RK8.weights))
+    assert 12 * 80 < step_operations("rk8") - sums < 12 * 120

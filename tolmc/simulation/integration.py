@@ -37,8 +37,7 @@ def integrate(
     out = np.empty((R.RESULTS, raw.shape[1])) if out is None else out
     features = plan.features
     if features.alone:
-        out[:] = one_sided.integrate(raw, plan, duration)
-        return out
+        return one_sided.integrate(raw, plan, duration, out)
     if not (features.one_sided or features.rubs):
         return _two_sided(raw, plan, forces, duration, on_contact_loss, project_energy, out)
     # The forces are needed whoever asks for them: they say which motions leave the wall, and friction follows them.

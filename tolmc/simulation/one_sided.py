@@ -27,15 +27,11 @@ _ROUNDING = 1e-12
 
 _TERM_PHASES = (P.FORCE_TERM_1_PHASE, P.FORCE_TERM_2_PHASE, P.TORQUE_TERM_1_PHASE, P.TORQUE_TERM_2_PHASE)
 
-_STATUS = {
-    at.OK: R.OK,
-    at.DIVERGED: R.DIVERGED,
-    at.TOO_MANY: R.TOO_MANY_IMPACTS,
-    at.PENETRATES: R.CONTACT_UNRESOLVED,
-    at.UNRESOLVED: R.CONTACT_UNRESOLVED,
-    at.NO_SOLUTION: R.NO_CONTACT_FORCES,
-    at.LOST: R.CONTACT_LOST,
-}
+#: Codes of the statuses, by the kernels' own.
+_STATUS = np.zeros(7)
+_STATUS[[at.OK, at.DIVERGED, at.TOO_MANY]] = R.OK, R.DIVERGED, R.TOO_MANY_IMPACTS
+_STATUS[[at.PENETRATES, at.UNRESOLVED]] = R.CONTACT_UNRESOLVED
+_STATUS[[at.NO_SOLUTION, at.LOST]] = R.NO_CONTACT_FORCES, R.CONTACT_LOST
 
 
 def given(raw: np.ndarray, plan: Plan, held: np.ndarray | None = None) -> np.ndarray:
@@ -59,11 +55,7 @@ def given(raw: np.ndarray, plan: Plan, held: np.ndarray | None = None) -> np.nda
         rows[at.CHI], rows[at.OMEGA] = raw[P.SPIN], raw[P.SPIN_RATE]
         hand_over.build(plan.features.formulation)(raw, held[R.STATE :], rows)
     elif plan.features.free:
-        length = raw[P.HALF_LENGTH]
-        for row, source in ((at.START_X, P.ORIGIN_X), (at.START_X_RATE, P.ORIGIN_RATE_X)):
-            rows[row : row + 2] = raw[source : source + 2]
-        for row, source in ((at.START_U, P.SLOPE_X), (at.START_U_RATE, P.SLOPE_RATE_X)):
-            rows[row : row + 2] = length * raw[source : source + 2]
+        _start_within(raw, rows)
         rows[at.CHI], rows[at.OMEGA] = raw[P.SPIN], raw[P.SPIN_RATE]
     else:
         start.from_angles(raw, rows, plan.features.exact)
@@ -77,10 +69,19 @@ def given(raw: np.ndarray, plan: Plan, held: np.ndarray | None = None) -> np.nda
     return rows
 
 
+def _start_within(raw: np.ndarray, rows: np.ndarray) -> None:
+    length = raw[P.HALF_LENGTH]
+    for row, source in ((at.START_X, P.ORIGIN_X), (at.START_X_RATE, P.ORIGIN_RATE_X)):
+        rows[row : row + 2] = raw[source : source + 2]
+    for row, source in ((at.START_U, P.SLOPE_X), (at.START_U_RATE, P.SLOPE_RATE_X)):
+        np.multiply(length, raw[source : source + 2], out=rows[row : row + 2])
+
+
 def has_room(raw: np.ndarray, plan: Plan) -> np.ndarray:
     """Which starts within the clearance lie within it, (n,) bool."""
-    gaps = np.empty((2, raw.shape[1]))
-    start.gaps(raw, given(raw, plan), plan.features.exact, gaps)
+    gaps, rows = np.empty((2, raw.shape[1])), np.empty((at.GIVEN, raw.shape[1]))
+    _start_within(raw, rows)
+    start.gaps(raw, rows, plan.features.exact, gaps)
     return np.logical_and(*(gaps >= -_ROUNDING))
 
 
@@ -100,7 +101,7 @@ def kind(features: Features, method: str) -> dict[str, bool]:
     }  # fmt: skip
 
 
-def integrate(raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:
+def integrate(raw: np.ndarray, plan: Plan, duration: float, out: np.ndarray | None = None) -> np.ndarray:
     """Results (R.RESULTS, n) of the columns of ``raw``, all of them one-sided from the start.
 
     A penetration beyond the plan's accuracy ends a motion.
@@ -109,7 +110,7 @@ def integrate(raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:
     n = raw.shape[1]
     found, counts = np.full((at.RESULTS, n), np.nan), np.zeros(3, np.int64)
     _run(raw, plan, duration, found, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)))
-    return _results(found, raw, plan, duration)
+    return _results(found, raw, plan, duration, np.empty((R.RESULTS, n)) if out is None else out)
 
 
 def follow(raw: np.ndarray, plan: Plan, duration: float, held: np.ndarray) -> np.ndarray:
@@ -117,7 +118,8 @@ def follow(raw: np.ndarray, plan: Plan, duration: float, held: np.ndarray) -> np
     raw = np.ascontiguousarray(raw)
     found, counts = np.full((at.RESULTS, raw.shape[1]), np.nan), np.zeros(3, np.int64)
     _run(raw, plan, duration, found, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)), held)
-    out, before = _results(found, raw, plan, duration), held[R.END_TIME]
+    out = _results(found, raw, plan, duration, np.empty((R.RESULTS, raw.shape[1])))
+    before = held[R.END_TIME]
     touched = duration * (out[R.D_CLOSED_SHARE] + out[R.E_CLOSED_SHARE])
     for highest, share in ((R.D_MAX, R.D_CLOSED_SHARE), (R.E_MAX, R.E_CLOSED_SHARE)):
         lowest, mean, rms = range(highest + 1, highest + 4)
@@ -140,12 +142,10 @@ def follow(raw: np.ndarray, plan: Plan, duration: float, held: np.ndarray) -> np
     return out
 
 
-def _results(found: np.ndarray, raw: np.ndarray, plan: Plan, duration: float) -> np.ndarray:
-    """The rows of :mod:`tolmc.kernels.results` from the kernels' own."""
-    out = np.zeros((R.RESULTS, found.shape[1]))
-    status = found[at.R_STATUS].astype(int)
-    for code, ours in _STATUS.items():
-        out[R.STATUS, status == code] = ours
+def _results(found: np.ndarray, raw: np.ndarray, plan: Plan, duration: float, out: np.ndarray) -> np.ndarray:
+    """The rows of :mod:`tolmc.kernels.results` from the kernels' own, into ``out``."""
+    out[:] = 0.0
+    out[R.STATUS] = _STATUS[found[at.R_STATUS].astype(int)]
     out[R.END_TIME] = found[at.R_END]
     # Where a wall without restitution loses its journal the motion ends.
     lasted = duration if plan.features.one_sided else np.where(out[R.END_TIME] > 0.0, out[R.END_TIME], 1.0)
