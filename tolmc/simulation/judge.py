@@ -129,11 +129,9 @@ def _contradiction(results: np.ndarray, raw: np.ndarray, always: np.ndarray) -> 
     miss = results[R.TILT_MAX] - np.arctan2(raw[P.RADIUS], raw[P.HALF_LENGTH])
     # Relative to the larger force of the two ends: one that is 0 has nothing but rounding to compare. Means to the larger rms:
     # where a motion is not resolved the largest force may be anything, and beside it nothing is much.
-    largest, rms = (
-        np.abs(results[[R.D_MAX, R.D_MIN, R.E_MAX, R.E_MIN]]).max(axis=0),
-        results[[R.D_RMS, R.E_RMS]].max(axis=0),
-    )
-    usual = np.where(rms > 0, rms, largest)
+    largest = np.abs(results[[R.D_MAX, R.D_MIN, R.E_MAX, R.E_MIN]]).max(axis=0)
+    usual = results[[R.D_RMS, R.E_RMS]].max(axis=0)
+    usual = np.where(usual > 0, usual, largest)
     for first in (R.D_MAX, R.E_MAX):
         highest, lowest, mean, rms = results[first : first + 4]
         beyond = rms - np.maximum(np.abs(highest), np.abs(lowest))

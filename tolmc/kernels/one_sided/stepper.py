@@ -17,6 +17,7 @@ from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.integrals import closed
 from tolmc.kernels.one_sided.layout import WIDTH
+from tolmc.kernels.steppers import NUDGE
 from tolmc.kernels.tableaux import (
     CLASSICAL,
     DORMAND_PRINCE,
@@ -42,8 +43,6 @@ class Stepper(NamedTuple):
 #: Places in a step at which a force is known: the formula's own samples, the last one at the end itself.
 POSITIONS_8, POSITIONS_4 = np.array(DORMAND_PRINCE.positions), np.array(CLASSICAL.positions)
 FIT_8, FIT_4 = through(POSITIONS_8), through(POSITIONS_4)
-#: Share of the common step over which rates are taken: their error is 1e-6 of a quantity's change, of rounding 1e-10 of it.
-NUDGE = 2.0**-20
 
 
 @once
