@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device
+from tolmc.kernels.jit import device, strict
 
 #: Gaps above it are far from the wall: their second derivative foretells nothing.
 FAR = 1.0
@@ -23,7 +23,7 @@ def size(raw, i):
     return raw[P.RADIUS, i]
 
 
-@device
+@strict
 def touch(px, py, vx, vy, sx, sy, tx, ty, coef, lane, width):
     """(n_x, n_y, lever, N/lambda, gap, gap's second derivative at zero acceleration) at the end p of the axis.
 

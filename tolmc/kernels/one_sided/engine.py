@@ -39,7 +39,7 @@ def build(*, exact: bool, general: bool, rubs: bool, swings: bool, rk4: bool) ->
     layout, n_state, stages = Layout(), equations.state, stepper.stages
     blocks = {
         "y_rows": n_state, "end_rows": n_state, "argument_rows": n_state, "f0_rows": n_state, "f1_rows": n_state,
-        "k_rows": (stages + 1) * n_state, "coef_rows": equations.coefficients, "lane_rows": at.CARRIED,
+        "k_rows": stepper.k_rows, "coef_rows": equations.coefficients, "lane_rows": at.CARRIED,
         "seen0_rows": at.SEEN, "seen1_rows": at.SEEN, "sample_rows": (stages + 1) * equations.samples,
     }  # fmt: skip
     places = {name: layout.block(count) for name, count in blocks.items()}

@@ -38,6 +38,7 @@ class Equations(NamedTuple):
     advance: object
     fly: object
     look: object
+    glimpse: object
     forces: object
     touch: object
     system: object
@@ -49,9 +50,9 @@ class Equations(NamedTuple):
 
 
 @strict
-def squared(x, y):
-    """x^2 + y^2."""
-    return x * x + y * y
+def product(ax, ay, bx, by):
+    """a.b."""
+    return ax * bx + ay * by
 
 
 def _given(section, body, spins):
@@ -106,24 +107,37 @@ def build(section, body, rubs: bool) -> Equations:
     state = max(body.STATE, at.SPIN_RATE + 1 if spins else 0)
     turns = body.STATE > at.COS
 
+    @strict
+    def reach(y, ax, ay, bx, by, coef, lane, width):
+        """Of both ends: wall's normal, its lever, N/lambda; gaps, their rates, and second derivatives at free accelerations.
+
+        To the same bits in a block that flies and in one that does not.
+        """
+        ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+        ux, uy, vx, vy = y[4 * width + lane], y[5 * width + lane], y[6 * width + lane], y[7 * width + lane]
+        kappa = coef[at.KAPPA * width + lane]
+        sx, sy, tx, ty = kappa * wx, kappa * wy, kappa * vx, kappa * vy
+        ndx, ndy, ld, qd, gap_d, bias_d = touch(ox + wx, oy + wy, ux + vx, uy + vy, sx, sy, tx, ty, coef, lane, width)
+        nex, ney, le, qe, gap_e, bias_e = touch(
+            ox - wx, oy - wy, ux - vx, uy - vy, -sx, -sy, -tx, -ty, coef, lane, width
+        )
+        rate_d = -(ndx * (ux + ld * vx) + ndy * (uy + ld * vy))
+        rate_e = -(nex * (ux - le * vx) + ney * (uy - le * vy))
+        acc_d = bias_d - (ndx * (ax + ld * bx) + ndy * (ay + ld * by))
+        acc_e = bias_e - (nex * (ax - le * bx) + ney * (ay - le * by))
+        return (ndx, ndy, ld, qd), (nex, ney, le, qe), (gap_d, gap_e), (rate_d, rate_e), (acc_d, acc_e)
+
     @device
     def system(y, coef, lane, width):
         """Everything about one lane that does not depend on which contacts are closed."""
-        ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+        wx, wy = y[2 * width + lane], y[3 * width + lane]
         ux, uy, vx, vy = y[4 * width + lane], y[5 * width + lane], y[6 * width + lane], y[7 * width + lane]
         spin = y[at.SPIN_RATE * width + lane] if spins else coef[at.OMEGA_FIXED * width + lane]
         kappa = coef[at.KAPPA * width + lane]
         sx, sy, tx, ty = kappa * wx, kappa * wy, kappa * vx, kappa * vy
         ax, ay, bx, by, a_spin, hold, factors = free(y, spin, coef, lane, width)
-        ndx, ndy, ld, qd, gap_d, bias_d = touch(ox + wx, oy + wy, ux + vx, uy + vy, sx, sy, tx, ty, coef, lane, width)
-        nex, ney, le, qe, gap_e, bias_e = touch(
-            ox - wx, oy - wy, ux - vx, uy - vy, -sx, -sy, -tx, -ty, coef, lane, width
-        )
+        (ndx, ndy, ld, qd), (nex, ney, le, qe), gap, rate, acc = reach(y, ax, ay, bx, by, coef, lane, width)
         mdx, mdy, mex, mey = ld * ndx, ld * ndy, -le * nex, -le * ney
-        rate_d = -(ndx * ux + ndy * uy + mdx * vx + mdy * vy)
-        rate_e = -(nex * ux + ney * uy + mex * vx + mey * vy)
-        acc_d = bias_d - (ndx * ax + ndy * ay + mdx * bx + mdy * by)
-        acc_e = bias_e - (nex * ax + ney * ay + mex * bx + mey * by)
         hd0, hd1, hd2, hd3, hd4 = -ndx, -ndy, -mdx, -mdy, 0.0
         he0, he1, he2, he3, he4 = -nex, -ney, -mex, -mey, 0.0
         power_d, power_e, slide_d, slide_e, torque_d, torque_e = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -152,8 +166,8 @@ def build(section, body, rubs: bool) -> Equations:
         a_ed = -(nex * pd[0] + ney * pd[1] + mex * pd[2] + mey * pd[3])
         a_ee = -(nex * pe[0] + ney * pe[1] + mex * pe[2] + mey * pe[3])
         return (
-            (ax, ay, bx, by, a_spin, hold), pd, pe, (a_dd, a_de, a_ed, a_ee), (acc_d, acc_e), (gap_d, gap_e), (rate_d, rate_e),
-            (qd, qe), (power_d, power_e, slide_d, slide_e, torque_d, torque_e), spin,
+            (ax, ay, bx, by, a_spin, hold), pd, pe, (a_dd, a_de, a_ed, a_ee), acc, gap, rate, (qd, qe),
+            (power_d, power_e, slide_d, slide_e, torque_d, torque_e), spin,
             (hd0, hd1, hd2, hd3, hd4, 0.0), (he0, he1, he2, he3, he4, 0.0),
         )  # fmt: skip
 
@@ -169,16 +183,15 @@ def build(section, body, rubs: bool) -> Equations:
         return (a_ee * r_d - a_de * r_e) * inverse, (a_dd * r_e - a_ed * r_d) * inverse
 
     @device
-    def rates(y, h, f, first, lane, width, a, pd, pe, l_d, l_e, spin, coef):
-        """h times the state's rates into ``f[first:]``."""
+    def rates(y, h, k, first, lane, width, a, pd, pe, l_d, l_e, spin, coef):
+        """h times the rates of the speeds, and of what follows them in the state, into ``k[first:]``."""
         for c in range(4):
-            f[first + c * width + lane] = h * y[(c + 4) * width + lane]
-            f[first + (c + 4) * width + lane] = h * (a[c] + l_d * pd[c] + l_e * pe[c])
+            k[first + c * width + lane] = h * (a[c] + l_d * pd[c] + l_e * pe[c])
         if spins:
             rate = a[4] + l_d * pd[4] + l_e * pe[4]
-            f[first + at.SPIN_RATE * width + lane] = h * coef[at.KAPPA * width + lane] * rate
+            k[first + (at.SPIN_RATE - at.OV_X) * width + lane] = h * coef[at.KAPPA * width + lane] * rate
         if turns:
-            turn(y, spin, h, f, first, coef, lane, width)
+            turn(y, spin, h, k, first - at.OV_X * width, coef, lane, width)
 
     @device
     def whirl(y, coef, lane, width):
@@ -193,59 +206,70 @@ def build(section, body, rubs: bool) -> Equations:
         return turn_d / d2 + turn_e / e2
 
     @device
-    def advance(y, coef, h, k, first, samples, row, lane, width):
-        """h y' into ``k[first:]`` and what the statistics want of this stage into ``samples[row:]``."""
+    def advance(y, coef, h, k, samples, lane, width):
+        """h times the speeds' rates into ``k`` and what the statistics want of this stage into ``samples``."""
         a, pd, pe, matrix, acc, _, _, q, rub, spin, _, _ = system(y, coef, lane, width)
         l_d, l_e = multipliers(matrix, acc, coef, lane, width)
-        rates(y, h, k, first, lane, width, a, pd, pe, l_d, l_e, spin, coef)
+        rates(y, h, k, 0, lane, width, a, pd, pe, l_d, l_e, spin, coef)
         n_d, n_e = q[0] * l_d, q[1] * l_e
-        samples[row + lane], samples[row + width + lane] = n_d, n_e
-        samples[row + 2 * width + lane] = squared(y[2 * width + lane], y[3 * width + lane])
+        samples[lane], samples[width + lane] = n_d, n_e
         if works:
             _, _, power = energies(y, spin, spins, coef, lane, width)
             heat = n_d * rub[0] + n_e * rub[1]
             if rubs:
                 drive = (a[5] + l_d * pd[5] + l_e * pe[5]) / coef[at.KAPPA * width + lane]
                 power += drive * spin
-                samples[row + at.S_DRIVE * width + lane] = drive
+                samples[at.S_DRIVE * width + lane] = drive
                 if swings:
-                    samples[row + at.S_DRIVE_POWER * width + lane] = drive * spin
-                samples[row + at.S_WHIRL * width + lane] = whirl(y, coef, lane, width)
-                samples[row + at.S_SLIP_D * width + lane] = n_d * rub[2] ** 0.5
-                samples[row + at.S_SLIP_E * width + lane] = n_e * rub[3] ** 0.5
-                samples[row + at.S_HEAT * width + lane] = -heat
-                samples[row + at.S_TORQUE * width + lane] = abs(n_d * rub[4] + n_e * rub[5])
-            samples[row + at.S_POWER * width + lane] = power + heat
+                    samples[at.S_DRIVE_POWER * width + lane] = drive * spin
+                samples[at.S_WHIRL * width + lane] = whirl(y, coef, lane, width)
+                samples[at.S_SLIP_D * width + lane] = n_d * rub[2] ** 0.5
+                samples[at.S_SLIP_E * width + lane] = n_e * rub[3] ** 0.5
+                samples[at.S_HEAT * width + lane] = -heat
+                samples[at.S_TORQUE * width + lane] = abs(n_d * rub[4] + n_e * rub[5])
+            samples[at.S_POWER * width + lane] = power + heat
 
     @device
-    def fly(y, coef, h, k, first, samples, row, lane, width):
-        """As :func:`advance` of a lane without contact, friction and torque, to the same bits."""
+    def fly(y, coef, h, k, lane, width):
+        """As :func:`advance` of a lane without contact, friction and torque, to the same bits; o and o' are not looked at."""
         ax, ay, bx, by, _, _, _ = free(y, coef[at.OMEGA_FIXED * width + lane], coef, lane, width)
+        k[lane], k[width + lane], k[2 * width + lane], k[3 * width + lane] = h * ax, h * ay, h * bx, h * by
+
+    @device
+    def see(y, spin, n_d, n_e, gap, rate, acc, coef, f, seen, lane, width):
+        """What every kind of scene sees; the torque's power."""
         for c in range(4):
-            k[first + c * width + lane] = h * y[(c + 4) * width + lane]
-        k[first + 4 * width + lane], k[first + 5 * width + lane] = h * ax, h * ay
-        k[first + 6 * width + lane], k[first + 7 * width + lane] = h * bx, h * by
-        samples[row + 2 * width + lane] = squared(y[2 * width + lane], y[3 * width + lane])
-        samples[row + lane], samples[row + width + lane] = 0.0, 0.0
+            f[c * width + lane] = y[(c + 4) * width + lane]
+        seen[at.N_D * width + lane], seen[at.N_E * width + lane] = n_d, n_e
+        seen[at.GAP_D * width + lane], seen[at.GAP_E * width + lane] = gap[0], gap[1]
+        seen[at.RATE_D * width + lane], seen[at.RATE_E * width + lane] = rate[0], rate[1]
+        seen[at.ACC_D * width + lane], seen[at.ACC_E * width + lane] = acc[0], acc[1]
+        wx, wy = y[2 * width + lane], y[3 * width + lane]
+        seen[at.W2 * width + lane] = product(wx, wy, wx, wy)
+        seen[at.W2_RATE * width + lane] = 2.0 * product(wx, wy, y[6 * width + lane], y[7 * width + lane])
+        kinetic, potential, power = energies(y, spin, spins, coef, lane, width)
+        seen[at.KINETIC * width + lane], seen[at.POTENTIAL * width + lane] = kinetic, potential
+        return power
+
+    @device
+    def glimpse(y, coef, f, seen, lane, width):
+        """As :func:`look` of a lane without contact, friction and torque, to the same bits."""
+        spin = coef[at.OMEGA_FIXED * width + lane]
+        ax, ay, bx, by, _, _, _ = free(y, spin, coef, lane, width)
+        _, _, gap, rate, acc = reach(y, ax, ay, bx, by, coef, lane, width)
+        f[4 * width + lane], f[5 * width + lane], f[6 * width + lane], f[7 * width + lane] = ax, ay, bx, by
+        see(y, spin, 0.0, 0.0, gap, rate, acc, coef, f, seen, lane, width)
 
     @device
     def look(y, coef, f, seen, lane, width):
         """y' into ``f``, and gaps, forces and energies into ``seen``."""
         a, pd, pe, matrix, acc, gap, rate, q, rub, spin, _, _ = system(y, coef, lane, width)
         l_d, l_e = multipliers(matrix, acc, coef, lane, width)
-        rates(y, 1.0, f, 0, lane, width, a, pd, pe, l_d, l_e, spin, coef)
+        rates(y, 1.0, f, 4 * width, lane, width, a, pd, pe, l_d, l_e, spin, coef)
         a_dd, a_de, a_ed, a_ee = matrix
         n_d, n_e = q[0] * l_d, q[1] * l_e
-        seen[at.N_D * width + lane], seen[at.N_E * width + lane] = n_d, n_e
-        seen[at.GAP_D * width + lane], seen[at.GAP_E * width + lane] = gap[0], gap[1]
-        seen[at.RATE_D * width + lane], seen[at.RATE_E * width + lane] = rate[0], rate[1]
-        seen[at.ACC_D * width + lane] = acc[0] + a_dd * l_d + a_de * l_e
-        seen[at.ACC_E * width + lane] = acc[1] + a_ed * l_d + a_ee * l_e
-        wx, wy = y[2 * width + lane], y[3 * width + lane]
-        seen[at.W2 * width + lane] = wx * wx + wy * wy
-        seen[at.W2_RATE * width + lane] = 2.0 * (wx * y[6 * width + lane] + wy * y[7 * width + lane])
-        kinetic, potential, power = energies(y, spin, spins, coef, lane, width)
-        seen[at.KINETIC * width + lane], seen[at.POTENTIAL * width + lane] = kinetic, potential
+        acc = acc[0] + a_dd * l_d + a_de * l_e, acc[1] + a_ed * l_d + a_ee * l_e
+        power = see(y, spin, n_d, n_e, gap, rate, acc, coef, f, seen, lane, width)
         if works:
             heat = n_d * rub[0] + n_e * rub[1]
             if rubs:
@@ -330,11 +354,11 @@ def build(section, body, rubs: bool) -> Equations:
         add(y, at.OV_X, rows, rate_d if on_d else 0.0, rate_e if on_e else 0.0, inverse, lane, width)
         normalise(y, coef, lane, width)
 
-    samples = 11 if swings else 10 if rubs else 4 if works else 3
+    samples = 10 if swings else 9 if rubs else 3 if works else 2
     seen = at.SEEN if rubs else at.POWER + 1 if works else at.POWER
     return Equations(
         state, body.COEFFICIENTS, samples, seen, spins, works, rubs, swings, section.FAR, section.UNIT,
-        prepare, start, advance, fly, look, forces, touch, system, multipliers, kick, place, project, body.momentum,
+        prepare, start, advance, fly, look, glimpse, forces, touch, system, multipliers, kick, place, project, body.momentum,
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device
+from tolmc.kernels.jit import device, strict
 from tolmc.kernels.one_sided import layout as at
 
 _ITERATIONS = 2  # of Newton's after two of Halley's: rounding for c <= L, 1e-10 for c = 2 L
@@ -35,7 +35,7 @@ def size(raw, i):
     return raw[P.BEARING_RADIUS, i] - raw[P.JOURNAL_RADIUS, i]
 
 
-@device
+@strict
 def _nearest(px, py, sx, sy, round_):
     """Direction n in which the rim is nearest, and s.n, s.Jn, p.n, q, 1/q there.
 
@@ -83,14 +83,14 @@ def _nearest(px, py, sx, sy, round_):
     return (px - x * py) * scale, (py + x * px) * scale, sn, st, p2 * scale, w2 * per_w * scale, long2 * scale * per_w
 
 
-@device
+@strict
 def _improved(inverse, square):
     """1/sqrt(square) from next to it, to third order."""
     t = square * inverse * inverse
     return inverse * (1.875 - t * (1.25 - 0.375 * t))
 
 
-@device
+@strict
 def touch(px, py, vx, vy, sx, sy, tx, ty, coef, lane, width):
     """As in :mod:`circle`."""
     round_ = coef[at.ROUND * width + lane]

@@ -40,9 +40,9 @@ FIRST = 21
 ) = range(26)  # fmt: skip
 SEEN = 26
 
-# What is taken at every stage: the forces, |w|^2, and where there is friction or a torque their powers; TORQUE is the size of
-# friction's moment about the axis, DRIVE the moment that holds Omega.
-S_D, S_E, S_W2, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE, S_DRIVE_POWER = range(11)
+# What is taken at every stage: the forces, and where there is friction or a torque their powers; TORQUE is the size of
+# friction's moment about the axis, DRIVE the moment that holds Omega. |w|^2, W2, is taken at a step's ends alone.
+S_D, S_E, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE, S_DRIVE_POWER, S_W2 = range(11)
 
 # What a lane carries along, and sets out from at zero.
 (

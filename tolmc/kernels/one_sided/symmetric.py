@@ -108,7 +108,7 @@ def solve(fx, fy, gx, gy, spin, factors):
     return ax, ay, bx, by, spin * inverse_spin, -driven * spin
 
 
-@device
+@strict
 def energies(y, spin, spins, coef, lane, width):
     """T, V and the torque's power; without ``spins`` T lacks the constant C Omega^2/2."""
     wx, wy = y[at.W_X * width + lane], y[at.W_Y * width + lane]
