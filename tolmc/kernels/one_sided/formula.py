@@ -28,8 +28,8 @@ class Formula(NamedTuple):
     """Routines over a block of lanes; ``size`` numbers are what a stage keeps.
 
     ``step(in_flight, y, f0, coef, h, k, argument, samples, end)``: a step of every lane from ``y``, with rates ``f0``, to
-    ``end``; values at the stages into ``samples`` (stage, quantity, lane). ``midpoint(x, v, h, k, out_x, out_v)``: the state in the
-    middle of that step, where the formula has a continuous extension.
+    ``end``; values at the stages into ``samples`` (stage, quantity, lane). ``midpoint(x, v, h, k, out_x, out_v)``: coordinates
+    and speeds in the middle of that step, where the formula has a continuous extension.
     """
 
     stages: int
