@@ -18,9 +18,9 @@ UNIT = False
 
 
 @device
-def size(raw, i):
+def size(raw, lane, width):
     """c, m."""
-    return raw[P.RADIUS, i]
+    return raw[P.RADIUS * width + lane]
 
 
 @strict

@@ -35,12 +35,13 @@ class Equations(NamedTuple):
     unit: bool
     prepare: object
     start: object
+    orient: object
     advance: object
     fly: object
     look: object
     glimpse: object
     forces: object
-    touch: object
+    reach: object
     system: object
     multipliers: object
     kick: object
@@ -57,40 +58,41 @@ def product(ax, ay, bx, by):
 
 def _given(section, body, spins):
     """Device functions that take a sample's scalars and start into its lane."""
-    size, body_prepare, orient = section.size, body.prepare, body.orient
+    size, body_prepare = section.size, body.prepare
 
     @device
-    def prepare(raw, given, i, coef, lane, width):
-        """Coefficients of lane ``lane`` from column ``i`` of the parameters."""
-        c, length, mass = size(raw, i), raw[P.HALF_LENGTH, i], raw[P.MASS, i]
+    def prepare(raw, given, coef, lane, width):
+        """A lane's coefficients from its parameters and what is given, (row, lane) flat."""
+        c, length, mass = size(raw, lane, width), raw[P.HALF_LENGTH * width + lane], raw[P.MASS * width + lane]
         coef[at.C * width + lane], coef[at.FORCE * width + lane] = c, mass * c
         coef[at.ENERGY * width + lane] = mass * c * c
         coef[at.KAPPA * width + lane], coef[at.KAPPA2 * width + lane] = c / length, (c / length) ** 2
-        coef[at.ROUND * width + lane] = raw[P.JOURNAL_RADIUS, i] / c
-        coef[at.BOUNCE * width + lane] = given[at.RESTITUTION, i]
-        coef[at.HERTZ * width + lane] = given[at.STIFFNESS, i]
-        coef[at.MU * width + lane], coef[at.SLIP * width + lane] = given[at.FRICTION, i], given[at.SLIP_SPEED, i] / c
-        coef[at.REST_HEIGHT * width + lane], coef[at.DRIVEN * width + lane] = given[at.REST, i], given[at.HELD, i]
-        z, z_force, force = raw[P.COM_Z, i], raw[P.POINT_Z, i] / mass, 1.0 / (mass * c)
-        gx, gy, gz = raw[P.GRAVITY_X, i], raw[P.GRAVITY_Y, i], raw[P.GRAVITY_Z, i]
-        kx, ky, kz = raw[P.FORCE_X, i], raw[P.FORCE_Y, i], raw[P.FORCE_Z, i]
+        coef[at.ROUND * width + lane] = raw[P.JOURNAL_RADIUS * width + lane] / c
+        coef[at.BOUNCE * width + lane] = given[at.RESTITUTION * width + lane]
+        coef[at.HERTZ * width + lane] = given[at.STIFFNESS * width + lane]
+        coef[at.MU * width + lane] = given[at.FRICTION * width + lane]
+        coef[at.SLIP * width + lane] = given[at.SLIP_SPEED * width + lane] / c
+        coef[at.REST_HEIGHT * width + lane] = given[at.REST * width + lane]
+        coef[at.DRIVEN * width + lane] = given[at.HELD * width + lane]
+        z, z_force, force = raw[P.COM_Z * width + lane], raw[P.POINT_Z * width + lane] / mass, 1.0 / (mass * c)
+        gx, gy, gz = raw[P.GRAVITY_X * width + lane], raw[P.GRAVITY_Y * width + lane], raw[P.GRAVITY_Z * width + lane]
+        kx, ky, kz = raw[P.FORCE_X * width + lane], raw[P.FORCE_Y * width + lane], raw[P.FORCE_Z * width + lane]
         coef[at.FX * width + lane], coef[at.FY * width + lane] = gx / c + kx * force, gy / c + ky * force
         coef[at.GX * width + lane] = (z * gx + z_force * kx) / (c * length)
         coef[at.GY * width + lane] = (z * gy + z_force * ky) / (c * length)
         coef[at.GZ * width + lane] = (z * gz + z_force * kz) / (c * c)
-        body_prepare(raw, given, i, coef, lane, width)
+        body_prepare(raw, given, coef, lane, width)
 
     @device
-    def start(given, i, y, coef, lane, width):
-        """State at the start; both contacts open until the caller has looked."""
+    def start(given, y, coef, lane, width):
+        """State at the start, but for turns; both contacts open until the caller has looked."""
         per_c = 1.0 / coef[at.C * width + lane]
         for component in range(8):
-            y[component * width + lane] = per_c * given[at.START_X + component, i]
+            y[component * width + lane] = per_c * given[(at.START_X + component) * width + lane]
         if spins:
-            y[at.SPIN_RATE * width + lane] = given[at.OMEGA, i]
+            y[at.SPIN_RATE * width + lane] = given[at.OMEGA * width + lane]
         else:
-            coef[at.OMEGA_FIXED * width + lane] = given[at.OMEGA, i]
-        orient(y, given, i, lane, width)
+            coef[at.OMEGA_FIXED * width + lane] = given[at.OMEGA * width + lane]
         coef[at.CLOSED_D * width + lane], coef[at.CLOSED_E * width + lane] = 0.0, 0.0
 
     return prepare, start
@@ -357,8 +359,8 @@ def build(section, body, rubs: bool) -> Equations:
     samples = 10 if swings else 9 if rubs else 3 if works else 2
     seen = at.SEEN if rubs else at.POWER + 1 if works else at.POWER
     return Equations(
-        state, body.COEFFICIENTS, samples, seen, spins, works, rubs, swings, section.FAR, section.UNIT,
-        prepare, start, advance, fly, look, glimpse, forces, touch, system, multipliers, kick, place, project, body.momentum,
+        state, body.COEFFICIENTS, samples, seen, spins, works, rubs, swings, section.FAR, section.UNIT, prepare, start,
+        body.orient, advance, fly, look, glimpse, forces, reach, system, multipliers, kick, place, project, body.momentum,
     )  # fmt: skip
 
 

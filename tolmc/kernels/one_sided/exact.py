@@ -30,9 +30,9 @@ UNIT = True
 
 
 @device
-def size(raw, i):
+def size(raw, lane, width):
     """c, m."""
-    return raw[P.BEARING_RADIUS, i] - raw[P.JOURNAL_RADIUS, i]
+    return raw[P.BEARING_RADIUS * width + lane] - raw[P.JOURNAL_RADIUS * width + lane]
 
 
 @strict

@@ -29,20 +29,21 @@ _B, _Z, _IB, _Z2, _GYRO, _INVERSE_SPIN = range(at.FIRST, at.FIRST + 6)
 
 
 @device
-def prepare(raw, given, i, coef, lane, width):
+def prepare(raw, given, coef, lane, width):
     """Coefficients of lane ``lane``; those of the joint and the loads are there already."""
-    mass, length = raw[P.MASS, i], raw[P.HALF_LENGTH, i]
+    mass, length = raw[P.MASS * width + lane], raw[P.HALF_LENGTH * width + lane]
     per_inertia = 1.0 / (mass * length * length)
-    b, z, spin = raw[P.J_XX, i] * per_inertia, raw[P.COM_Z, i] / length, raw[P.J_ZZ, i] * per_inertia
+    b, spin = raw[P.J_XX * width + lane] * per_inertia, raw[P.J_ZZ * width + lane] * per_inertia
+    z = raw[P.COM_Z * width + lane] / length
     coef[_B * width + lane], coef[_Z * width + lane] = b, z
     coef[_IB * width + lane], coef[_Z2 * width + lane] = 1.0 / (b - z * z), z * z
     coef[_GYRO * width + lane] = spin
-    free = spin > 0.0 and coef[at.DRIVEN * width + lane] == 0.0
+    free = (spin > 0.0) & (coef[at.DRIVEN * width + lane] == 0.0)
     coef[_INVERSE_SPIN * width + lane] = 1.0 / spin if free else 0.0
 
 
 @device
-def orient(y, given, i, lane, width):
+def orient(y, given, lane, width):
     """The part of the start that belongs to the turn about the axis: none here."""
 
 
