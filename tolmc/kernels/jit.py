@@ -107,7 +107,8 @@ def _piece(**options) -> Callable:
 device = _piece(forceinline=True, **_OPTIONS)
 
 #: The same, to the same bits in whichever loop: products and sums are not contracted, as each loop may do in its own way.
-strict = _piece(forceinline=True, **_STRICT)
+#: Said here too, or Numba would hand down the caller's leave to contract.
+strict = _piece(forceinline=True, fastmath=False, **_STRICT)
 
 #: A function of its own within a kernel: compiled once however often it is called.
 #: Said, not left to the default: Numba hands the option of a function down to those that it compiles on the way.
