@@ -23,9 +23,9 @@ from tolmc.kernels.one_sided import layout as at
 SPINS = False  # whether the spin's rate is part of the body's equations even without friction
 SWINGS = False  # whether loads or a drive swing
 STATE = 8
-COEFFICIENTS = at.FIRST + 6
+COEFFICIENTS = at.FIRST + 8
 
-_B, _Z, _IB, _Z2, _GYRO, _INVERSE_SPIN = range(at.FIRST, at.FIRST + 6)
+_B, _Z, _IB, _Z2, _BK, _Z2K, _GYRO, _INVERSE_SPIN = range(at.FIRST, at.FIRST + 8)
 
 
 @device
@@ -37,6 +37,8 @@ def prepare(raw, given, coef, lane, width):
     z = raw[P.COM_Z * width + lane] / length
     coef[_B * width + lane], coef[_Z * width + lane] = b, z
     coef[_IB * width + lane], coef[_Z2 * width + lane] = 1.0 / (b - z * z), z * z
+    kappa2 = coef[at.KAPPA2 * width + lane]
+    coef[_BK * width + lane], coef[_Z2K * width + lane] = b * kappa2, z * z * kappa2
     coef[_GYRO * width + lane] = spin
     free = (spin > 0.0) & (coef[at.DRIVEN * width + lane] == 0.0)
     coef[_INVERSE_SPIN * width + lane] = 1.0 / spin if free else 0.0
@@ -59,42 +61,39 @@ def free(y, spin, coef, lane, width):
     z2 = coef[_Z2 * width + lane]
     g = 1.0 + kappa2 * (wx * wx + wy * wy)
     bottom = b * g - z2
-    inverse = 1.0 / (g * bottom)
-    n2 = inverse * bottom
-    n = math.sqrt(n2)
-    i1, i2 = g * coef[_IB * width + lane], z2 * g * g * inverse * kappa2 * n2
+    inverse, root = 1.0 / (g * bottom), math.sqrt(g)
+    n2, per_bottom = inverse * bottom, inverse * g
+    # Not the root of n2, which would have to wait for the division.
+    n, kn = n2 * root, kappa2 * n2
+    i1, i2, i3 = (
+        g * coef[_IB * width + lane],
+        per_bottom * coef[_Z2K * width + lane],
+        per_bottom * coef[_BK * width + lane],
+    )
     k1 = z * n
-    rho = kappa2 * n2 * (wx * vx + wy * vy)
-    turning = kappa2 * n2 * (vx * vx + vy * vy) - rho * rho
-    lever = k1 * turning - 2.0 * k1 * rho * rho
-    fx = coef[at.FX * width + lane] + 2.0 * k1 * rho * vx + lever * wx
-    fy = coef[at.FY * width + lane] + 2.0 * k1 * rho * vy + lever * wy
+    rho = kn * (wx * vx + wy * vy)
+    swing, lever = 2.0 * k1 * rho, k1 * (kn * (vx * vx + vy * vy) - 3.0 * rho * rho)
+    fx, fy = coef[at.FX * width + lane] + swing * vx + lever * wx, coef[at.FY * width + lane] + swing * vy + lever * wy
     gyro = coef[_GYRO * width + lane] * spin * n * n2
     along = kappa2 * (gyro * (wy * vx - wx * vy) - n * coef[at.GZ * width + lane])
     damp = 2.0 * b * rho * n2
     gx = n * coef[at.GX * width + lane] + damp * vx - gyro * vy + along * wx
     gy = n * coef[at.GY * width + lane] + damp * vy + gyro * vx + along * wy
-    factors = (
-        wx,
-        wy,
-        kappa2,
-        kappa2 * n2,
-        i1,
-        i2,
-        k1,
-        coef[_INVERSE_SPIN * width + lane],
-        coef[at.DRIVEN * width + lane],
-    )
+    factors = wx, wy, kappa2, i1, i2, i3, k1, coef[_INVERSE_SPIN * width + lane], coef[at.DRIVEN * width + lane]
     ax, ay, bx, by = _strictly_solved(fx, fy, gx - k1 * fx, gy - k1 * fy, factors)
     return ax, ay, bx, by, 0.0, 0.0, factors
 
 
 def _solved(fx, fy, sx, sy, factors):
-    wx, wy, _, kn, i1, i2, k1, _, _ = factors
-    along = i2 * (wx * sx + wy * sy)
-    bx, by = i1 * (sx - along * wx), i1 * (sy - along * wy)
-    along = kn * (wx * bx + wy * by)
-    return fx - k1 * (bx - along * wx), fy - k1 * (by - along * wy), bx, by
+    """The accelerations from f_o and P^-1 f_w - k1 f_o.
+
+    w'' = i1 (I - i2 w w^T) s and P w'' = i1 (I - i3 w w^T) s, i1 = g/(B - Z^2), i2, i3 = kappa^2 (Z^2, B)/(B g - Z^2), g = 1/y.
+    """
+    wx, wy, _, i1, i2, i3, k1, _, _ = factors
+    ws = wx * sx + wy * sy
+    along, across, ik = i2 * ws, i3 * ws, k1 * i1
+    ax, ay = fx - ik * (sx - across * wx), fy - ik * (sy - across * wy)
+    return ax, ay, i1 * (sx - along * wx), i1 * (sy - along * wy)
 
 
 _contracted, _strictly_solved = device(_solved), strict(_solved)
