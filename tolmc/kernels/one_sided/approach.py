@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from tolmc.kernels.jit import device, routine
+from tolmc.kernels.jit import device, routine, strict
 from tolmc.kernels.one_sided import formula as formulas
 from tolmc.kernels.one_sided import integrals
 from tolmc.kernels.one_sided import layout as at
@@ -26,7 +26,7 @@ _AT_HAND_FROM_AFAR = 1e-3  # the same from where the gap's second derivative for
 _STEEP = 0.02  # gap times its second derivative over the square of its rate, up to which the wall is met steeply
 
 
-@device
+@strict
 def time_to(g, r, a):
     """Time to the wall, or back to it, of a gap that is next to nothing and closes."""
     return 2.0 * g / (math.sqrt(max(r * r - 2.0 * a * g, 0.0)) - r)

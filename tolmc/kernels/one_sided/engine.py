@@ -32,7 +32,6 @@ def build(*, exact: bool, general: bool, rubs: bool, swings: bool, rk4: bool) ->
     stepper = steppers.build(equations, rk4)
     decide = one_lane.build(equations, stepper, rk4)
     approach = approaches.build(equations, stepper)
-    aim, refine = forecast.build(equations)
     at_event = jumps.build(equations)
     screen, take, renew = clocks.build(equations, stepper, rk4)
     way, store = ways.build(equations, at_event), outcome.build(equations)
@@ -49,7 +48,7 @@ def build(*, exact: bool, general: bool, rubs: bool, swings: bool, rk4: bool) ->
         rounds, name_of(exact=exact, general=general, rubs=rubs, swings=swings, rk4=rk4),
         step=stepper.step, look=stepper.look, screen=screen, decide=decide, take=take, approach=approach,
         strike=at_event.strike, settle=at_event.settle, jump=at_event.jump, rubs=equations.rubs,
-        renew=renew, aim=aim, refine=refine,
+        renew=renew, forecast=forecast.build(equations).forecast,
         fetch=way.fetch, load=way.load, begin=way.begin, state_of=way.state_of, store=store, note=way.note,
         rows=layout.rows, **places,
     )  # fmt: skip

@@ -40,6 +40,7 @@ class Equations(NamedTuple):
     fly: object
     look: object
     glimpse: object
+    free: object
     forces: object
     reach: object
     system: object
@@ -360,7 +361,7 @@ def build(section, body, rubs: bool) -> Equations:
     seen = at.SEEN if rubs else at.POWER + 1 if works else at.POWER
     return Equations(
         state, body.COEFFICIENTS, samples, seen, spins, works, rubs, swings, section.FAR, section.UNIT, prepare, start,
-        body.orient, advance, fly, look, glimpse, forces, reach, system, multipliers, kick, place, project, body.momentum,
+        body.orient, advance, fly, look, glimpse, free, forces, reach, system, multipliers, kick, place, project, body.momentum,
     )  # fmt: skip
 
 

@@ -59,10 +59,13 @@ S_D, S_E, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE, S_DRI
 ) = range(44, 54)  # fmt: skip
 FRICTIONLESS, RUBBING = 44, 54
 # What one round's loops leave for the next ones: the time gone, the length of a step but for the wall (0 where it is not aimed
-# at), the time from a step's end to the wall, who takes part in an impact, who may stay, whether it is an impact, whether
-# anything was struck and whether all contacts leave; and rows E_TIME to E_E of the last event.
-GONE, CAP, REST_D, REST_E, ON_THE_WALL_D, ON_THE_WALL_E, CAN_STAY_D, CAN_STAY_E, HITS, STRUCK, LEAVES = range(54, 65)
-LAST_EVENT, CARRIED = 65, 73
+# at), whether it may come to it all the same, the time from a step's end to the wall, who takes part in an impact, who may
+# stay, whether it is an impact, whether anything was struck and whether all contacts leave; and rows E_TIME to E_E of the last
+# event.
+(
+    GONE, CAP, DOUBT, REST_D, REST_E, ON_THE_WALL_D, ON_THE_WALL_E, CAN_STAY_D, CAN_STAY_E, HITS, STRUCK, LEAVES,
+) = range(54, 66)  # fmt: skip
+LAST_EVENT, CARRIED = 66, 74
 
 # What becomes of a lane after a round: the start is kept and the step shortened, or the step is taken; then an event.
 KEEP, TAKE, IMPACT, RELEASE_D, RELEASE_E, RELEASE_BOTH, FALL_BACK_D, FALL_BACK_E, START = range(9)

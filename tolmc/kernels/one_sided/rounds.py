@@ -15,7 +15,7 @@ from tolmc.kernels.one_sided import clock as clocks
 from tolmc.kernels.one_sided import layout as at
 
 #: The step and the look; of a lane, of its events and of its samples.
-step = look = screen = decide = take = approach = strike = settle = jump = renew = aim = refine = None
+step = look = screen = decide = take = approach = strike = settle = jump = renew = forecast = None
 fetch = load = begin = state_of = store = note = None
 #: Whether :data:`strike` leaves impacts to :data:`jump`.
 rubs = None
@@ -68,8 +68,7 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
     look(y, coef, f1, seen1, argument, step_length)
     renew(f0, seen0, f1, seen1, decision)
     begin(y, coef, lanes, seen0, decision)
-    if aim(coef, lanes, seen0, step_length, duration, decision) > 0:
-        refine(y, f0, coef, lanes, argument)
+    forecast(y, f0, coef, lanes, seen0, argument, step_length, duration, decision)
     recording = record.shape[1] > 0
     if recording:
         note(record, events, counts, y, coef, lanes, seen0, False)
@@ -141,5 +140,4 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
                 begin(y, coef, lanes, seen0, decision)
             if recording and decision[0] > at.TAKE and lanes[at.BUSY * WIDTH] > 0.0:
                 note(record, events, counts, y, coef, lanes, seen0, True)
-        if aim(coef, lanes, seen0, step_length, duration, decision) > 0:
-            refine(y, f0, coef, lanes, argument)
+        forecast(y, f0, coef, lanes, seen0, argument, step_length, duration, decision)
