@@ -39,11 +39,10 @@ def given(raw: np.ndarray, plan: Plan, held: np.ndarray | None = None) -> np.nda
 
     ``held``: results of the two-sided kernels, at whose loss of contact the motions begin.
     """
-    n = raw.shape[1]
-    rows = np.zeros((at.GIVEN, n))
-    rows[at.RESTITUTION], rows[at.STIFFNESS] = raw[P.RESTITUTION], raw[P.CONTACT_STIFFNESS]
-    if not plan.features.one_sided:
-        rows[at.RESTITUTION] = -1.0
+    rows = np.empty((at.GIVEN, raw.shape[1]))
+    rows[at.TIME], rows[at.ON_D], rows[at.ON_E] = 0.0, 0.0, 0.0
+    rows[at.RESTITUTION] = raw[P.RESTITUTION] if plan.features.one_sided else -1.0
+    rows[at.STIFFNESS] = raw[P.CONTACT_STIFFNESS]
     rows[at.FRICTION], rows[at.SLIP_SPEED] = raw[P.FRICTION], raw[P.SLIP_SPEED]
     rows[at.LOSS], rows[at.HELD] = -1.0, plan.features.driven
     aimed = _FINE if math.isnan(plan.pilot_error) else plan.accuracy
@@ -59,14 +58,21 @@ def given(raw: np.ndarray, plan: Plan, held: np.ndarray | None = None) -> np.nda
         rows[at.CHI], rows[at.OMEGA] = raw[P.SPIN], raw[P.SPIN_RATE]
     else:
         start.from_angles(raw, rows, plan.features.exact)
+    if plan.features.shaken or plan.features.swings:
+        _phases(raw, plan, rows)
+    return rows
+
+
+def _phases(raw: np.ndarray, plan: Plan, rows: np.ndarray) -> None:
+    """The rows of what swings, and the part of Omega that the drive's swing has."""
     rows[at.PHASE_1 : at.PHASE_4 + 1] = raw[list(_TERM_PHASES)]
     rows[at.PHASE_DRIVE] = raw[P.DRIVE_PHASE]
     if plan.features.swings:
         swing = 2.0 * math.pi * raw[P.DRIVE_FREQUENCY] * raw[P.DRIVE_AMPLITUDE]
         rows[at.OMEGA] += swing * np.cos(raw[P.DRIVE_PHASE])
+    rows[at.TURNS_1 : at.TURNS_4 + 1] = 0.0
     for place, turns in enumerate(plan.turning):
         rows[at.TURNS_1 + place] = turns
-    return rows
 
 
 def _start_within(raw: np.ndarray, rows: np.ndarray) -> None:
@@ -108,7 +114,7 @@ def integrate(raw: np.ndarray, plan: Plan, duration: float, out: np.ndarray | No
     """
     raw = np.ascontiguousarray(raw)
     n = raw.shape[1]
-    found, counts = np.full((at.RESULTS, n), np.nan), np.zeros(3, np.int64)
+    found, counts = np.empty((at.RESULTS, n)), np.zeros(3, np.int64)
     _run(raw, plan, duration, found, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)))
     return _results(found, raw, plan, duration, np.empty((R.RESULTS, n)) if out is None else out)
 
@@ -116,7 +122,7 @@ def integrate(raw: np.ndarray, plan: Plan, duration: float, out: np.ndarray | No
 def follow(raw: np.ndarray, plan: Plan, duration: float, held: np.ndarray) -> np.ndarray:
     """Results of motions that the two-sided kernels have followed to their loss of contact, ``held``, and from there on."""
     raw = np.ascontiguousarray(raw)
-    found, counts = np.full((at.RESULTS, raw.shape[1]), np.nan), np.zeros(3, np.int64)
+    found, counts = np.empty((at.RESULTS, raw.shape[1])), np.zeros(3, np.int64)
     _run(raw, plan, duration, found, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)), held)
     out = _results(found, raw, plan, duration, np.empty((R.RESULTS, raw.shape[1])))
     before = held[R.END_TIME]
@@ -144,7 +150,7 @@ def follow(raw: np.ndarray, plan: Plan, duration: float, held: np.ndarray) -> np
 
 def _results(found: np.ndarray, raw: np.ndarray, plan: Plan, duration: float, out: np.ndarray) -> np.ndarray:
     """The rows of :mod:`tolmc.kernels.results` from the kernels' own, into ``out``."""
-    out[:] = 0.0
+    out[R.ENERGY_CORRECTION : R.D_IMPACTS] = 0.0
     out[R.STATUS] = _STATUS[found[at.R_STATUS].astype(int)]
     out[R.END_TIME] = found[at.R_END]
     # Where a wall without restitution loses its journal the motion ends.
@@ -167,6 +173,8 @@ def _results(found: np.ndarray, raw: np.ndarray, plan: Plan, duration: float, ou
     out[R.ORIGIN_X : R.AXIS_Z + 1] = found[at.R_X : at.R_AXIS_Z + 1]
     if plan.features.rubs:
         _rubbed(out, found, raw, lasted, plan.features.swings)
+    else:
+        out[R.FRICTION_TORQUE_MAX : R.WEAR_RATE + 1] = 0.0
     return out
 
 
@@ -273,7 +281,7 @@ def _trace(raw: np.ndarray, plan: Plan, duration: float) -> tuple[np.ndarray, np
     rows, events = 2 * plan.steps + 64, 256
     while True:
         record, happened = np.empty((at.RECORD, rows)), np.empty((at.EVENT, events))
-        found, counts = np.full((at.RESULTS, 1), np.nan), np.zeros(3, np.int64)
+        found, counts = np.empty((at.RESULTS, 1)), np.zeros(3, np.int64)
         _run(raw, plan, duration, found, counts, record, happened)
         if counts[1] <= rows and counts[2] <= events:
             return record[:, : counts[1]], happened[:, : counts[2]]
