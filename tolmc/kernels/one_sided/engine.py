@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from tolmc.kernels import jit
+from tolmc.kernels import jit, results
 from tolmc.kernels.lanes import Layout
 from tolmc.kernels.one_sided import approach as approaches
 from tolmc.kernels.one_sided import clock as clocks
@@ -40,7 +40,7 @@ def build(*, exact: bool, general: bool, rubs: bool, swings: bool, rk4: bool) ->
         "y_rows": n_state, "end_rows": n_state, "argument_rows": n_state, "f0_rows": n_state, "f1_rows": n_state,
         "k_rows": stepper.k_rows, "coef_rows": equations.coefficients, "lane_rows": at.CARRIED,
         "seen0_rows": at.SEEN, "seen1_rows": at.SEEN, "sample_rows": (stages + 1) * equations.samples,
-        "result_rows": at.RESULTS,
+        "result_rows": results.RESULTS,
         **dict(zip(("raw_rows", "given_rows", "start_rows", "ready_rows", "gap_rows"), way.rows, strict=True)),
     }  # fmt: skip
     places = {name: layout.block(count) for name, count in blocks.items()}

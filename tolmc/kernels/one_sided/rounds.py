@@ -38,7 +38,8 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
         Events after which a sample is given up.
     accuracy : float
         Penetration over c that ends a sample.
-    out : (layout.RESULTS, n) array
+    out : (results.RESULTS, n) array
+        What wears is the caller's; no step is done again, and energy watches every sample.
     counts : (3,) int64 array
         Gets the rounds, and the rows and events of the record.
     record, events : (layout.RECORD, rows), (layout.EVENT, rows) arrays
@@ -119,7 +120,7 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
             calls[lane] = 1 if done or status != at.OK else 0
             ended += calls[lane]
         if ended > 0:
-            store(y, coef, lanes, results, out, calls)
+            store(y, coef, lanes, duration, results, out, calls)
             for lane in range(WIDTH):
                 if calls[lane] == 0:
                     continue
