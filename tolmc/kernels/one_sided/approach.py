@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from tolmc.kernels.jit import device, routine, strict
+from tolmc.kernels.jit import device, fma, routine, strict
 from tolmc.kernels.one_sided import formula as formulas
 from tolmc.kernels.one_sided import integrals
 from tolmc.kernels.one_sided import layout as at
@@ -29,7 +29,7 @@ _STEEP = 0.02  # gap times its second derivative over the square of its rate, up
 @strict
 def time_to(g, r, a):
     """Time to the wall, or back to it, of a gap that is next to nothing and closes."""
-    return 2.0 * g / (math.sqrt(max(r * r - 2.0 * a * g, 0.0)) - r)
+    return 2.0 * g / (math.sqrt(max(fma(-2.0 * a, g, r * r), 0.0)) - r)
 
 
 @device

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device, strict
+from tolmc.kernels.jit import device, dot, fma, strict
 
 #: Gaps above it are far from the wall: their second derivative foretells nothing.
 FAR = 1.0
@@ -30,5 +30,5 @@ def touch(px, py, vx, vy, sx, sy, tx, ty, coef, lane, width):
     v = p', s the slope of the axis towards this end and t = s'. The row of the gap in (o', w') is -(n, lever n), with +w at
     D and -w at E.
     """
-    p2, lean = px * px + py * py, sx * px + sy * py
-    return px, py, 1.0, math.sqrt(p2 + lean * lean), 0.5 * (1.0 - p2), -(vx * vx + vy * vy)
+    p2, lean = dot(px, py, px, py), dot(sx, sy, px, py)
+    return px, py, 1.0, math.sqrt(fma(lean, lean, p2)), fma(-0.5, p2, 0.5), -dot(vx, vy, vx, vy)

@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device, once, strict
+from tolmc.kernels.jit import device, dot, fma, once, strict
 from tolmc.kernels.one_sided import circle, exact, general, general_swinging, symmetric, symmetric_swinging
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.friction import sliding
@@ -49,12 +49,6 @@ class Equations(NamedTuple):
     place: object
     project: object
     momentum: object
-
-
-@strict
-def product(ax, ay, bx, by):
-    """a.b."""
-    return ax * bx + ay * by
 
 
 def _given(section, body, spins):
@@ -124,10 +118,10 @@ def build(section, body, rubs: bool) -> Equations:
         nex, ney, le, qe, gap_e, bias_e = touch(
             ox - wx, oy - wy, ux - vx, uy - vy, -sx, -sy, -tx, -ty, coef, lane, width
         )
-        rate_d = -(ndx * (ux + ld * vx) + ndy * (uy + ld * vy))
-        rate_e = -(nex * (ux - le * vx) + ney * (uy - le * vy))
-        acc_d = bias_d - (ndx * (ax + ld * bx) + ndy * (ay + ld * by))
-        acc_e = bias_e - (nex * (ax - le * bx) + ney * (ay - le * by))
+        rate_d = -dot(ndx, ndy, fma(ld, vx, ux), fma(ld, vy, uy))
+        rate_e = -dot(nex, ney, fma(-le, vx, ux), fma(-le, vy, uy))
+        acc_d = bias_d - dot(ndx, ndy, fma(ld, bx, ax), fma(ld, by, ay))
+        acc_e = bias_e - dot(nex, ney, fma(-le, bx, ax), fma(-le, by, ay))
         return (ndx, ndy, ld, qd), (nex, ney, le, qe), (gap_d, gap_e), (rate_d, rate_e), (acc_d, acc_e)
 
     @device
@@ -248,8 +242,8 @@ def build(section, body, rubs: bool) -> Equations:
         seen[at.RATE_D * width + lane], seen[at.RATE_E * width + lane] = rate[0], rate[1]
         seen[at.ACC_D * width + lane], seen[at.ACC_E * width + lane] = acc[0], acc[1]
         wx, wy = y[2 * width + lane], y[3 * width + lane]
-        seen[at.W2 * width + lane] = product(wx, wy, wx, wy)
-        seen[at.W2_RATE * width + lane] = 2.0 * product(wx, wy, y[6 * width + lane], y[7 * width + lane])
+        seen[at.W2 * width + lane] = dot(wx, wy, wx, wy)
+        seen[at.W2_RATE * width + lane] = 2.0 * dot(wx, wy, y[6 * width + lane], y[7 * width + lane])
         kinetic, potential, power = energies(y, spin, spins, coef, lane, width)
         seen[at.KINETIC * width + lane], seen[at.POTENTIAL * width + lane] = kinetic, potential
         return power
