@@ -1,11 +1,18 @@
 """Sums of the one-sided kernels' formulas: coordinates that are integrated twice are those of the tableau."""
 
+import numba as nb
 import numpy as np
 import pytest
 
+from tolmc.kernels import jit
 from tolmc.kernels.one_sided import formula
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE
+
+
+def compiled(routine):
+    """A routine as a function that Python may call."""
+    return routine if nb.config.DISABLE_JIT else nb.njit(**jit._OPTIONS)(routine.py_func)
 
 
 @pytest.mark.parametrize(
@@ -16,12 +23,16 @@ from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE
     ],
 )
 def test_coordinates_and_speeds_are_those_of_the_tableau(tableau, row):
-    rng, size = np.random.default_rng(1), 2 * WIDTH
-    x, v, h = rng.normal(size=size), rng.normal(size=size), rng.uniform(0.1, 1.0, WIDTH)
-    k = rng.normal(size=(tableau.stages, size))
+    rng, n_state, speeds = np.random.default_rng(1), 9, 4 * WIDTH
+    y, h = rng.normal(size=n_state * WIDTH), np.tile(rng.uniform(0.1, 1.0, WIDTH), 4)
+    k = rng.normal(size=(tableau.stages, 5 * WIDTH))
     weights = np.array([row.get(j, 0.0) for j in range(tableau.stages)])
-    out_x, out_v = np.empty(size), np.empty(size)
-    getattr(made := formula._argument(tableau, row, size), "py_func", made)(x, v, h, k.ravel(), out_x, out_v)
-    np.testing.assert_allclose(out_v, v + weights @ k, rtol=0, atol=1e-12)
+    v = y[speeds:]
     rates = v + tableau.matrix @ k
-    np.testing.assert_allclose(out_x, x + np.tile(h, 2) * (weights @ rates), rtol=0, atol=1e-12)
+    expected = np.concatenate((y[:speeds] + h * (weights @ rates)[:speeds], v + weights @ k))
+    for first in (0, 2):
+        found = np.full_like(y, np.nan)
+        compiled(formula._argument(tableau, row, n_state, first))(y, h, k.ravel(), found)
+        there = np.r_[first * WIDTH : speeds, (4 + first) * WIDTH : n_state * WIDTH]
+        np.testing.assert_allclose(found[there], expected[there], rtol=0, atol=1e-12)
+        assert np.isnan(np.delete(found, there)).all()

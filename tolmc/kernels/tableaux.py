@@ -152,14 +152,14 @@ def _terms(row: dict[int, float]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(sorted(row), dtype=np.int64), np.array([row[j] for j in sorted(row)], dtype=float)
 
 
-def weighted_sum(row: dict[int, float], share: float = 1.0):
-    """Device function of element m of share y + sum_j row[j] k_j, k flat (stage, state, lane) with ``size`` numbers a stage."""
+def weighted_sum(row: dict[int, float]):
+    """Device function of element m of y + sum_j row[j] k_j, k flat (stage, state, lane) with ``size`` numbers a stage."""
     columns, values = _terms(row)
     terms = len(columns)
 
     @inlined
     def weighted_sum_at(y, k, size, m):
-        total = share * y[m]
+        total = y[m]
         for t in range(terms):
             total += values[t] * k[columns[t] * size + m]
         return total

@@ -29,6 +29,7 @@ class Equations(NamedTuple):
     seen: int
     spins: bool
     works: bool
+    glimpsed: bool
     rubs: bool
     swings: bool
     far: float
@@ -104,7 +105,7 @@ def build(section, body, rubs: bool) -> Equations:
     state = max(body.STATE, at.SPIN_RATE + 1 if spins else 0)
     turns = body.STATE > at.COS
 
-    @strict
+    @(strict if section.GLIMPSED else device)
     def reach(y, ax, ay, bx, by, coef, lane, width):
         """Of both ends: wall's normal, its lever, N/lambda; gaps, their rates, and second derivatives at free accelerations.
 
@@ -353,9 +354,11 @@ def build(section, body, rubs: bool) -> Equations:
 
     samples = 10 if swings else 9 if rubs else 3 if works else 2
     seen = at.SEEN if rubs else at.POWER + 1 if works else at.POWER
+    glimpsed = section.GLIMPSED and not works
     return Equations(
-        state, body.COEFFICIENTS, samples, seen, spins, works, rubs, swings, section.FAR, section.UNIT, prepare, start,
-        body.orient, advance, fly, look, glimpse, free, forces, reach, system, multipliers, kick, place, project, body.momentum,
+        state, body.COEFFICIENTS, samples, seen, spins, works, glimpsed, rubs, swings, section.FAR, section.UNIT,
+        prepare, start, body.orient, advance, fly, look, glimpse, free, forces, reach, system, multipliers, kick, place,
+        project, body.momentum,
     )  # fmt: skip
 
 

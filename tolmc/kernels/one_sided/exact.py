@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device, strict
+from tolmc.kernels.jit import device
 from tolmc.kernels.one_sided import layout as at
 
 _ITERATIONS = 2  # of Newton's after two of Halley's: rounding for c <= L, 1e-10 for c = 2 L
@@ -27,6 +27,7 @@ _FARTHEST = 0.66  # change of the direction's tangent in one iteration
 
 FAR = 0.8
 UNIT = True
+GLIMPSED = False
 
 
 @device
@@ -35,7 +36,7 @@ def size(raw, lane, width):
     return raw[P.BEARING_RADIUS * width + lane] - raw[P.JOURNAL_RADIUS * width + lane]
 
 
-@strict
+@device
 def _nearest(px, py, sx, sy, round_):
     """Direction n in which the rim is nearest, and s.n, s.Jn, p.n, q, 1/q there.
 
@@ -83,14 +84,14 @@ def _nearest(px, py, sx, sy, round_):
     return (px - x * py) * scale, (py + x * px) * scale, sn, st, p2 * scale, w2 * per_w * scale, long2 * scale * per_w
 
 
-@strict
+@device
 def _improved(inverse, square):
     """1/sqrt(square) from next to it, to third order."""
     t = square * inverse * inverse
     return inverse * (1.875 - t * (1.25 - 0.375 * t))
 
 
-@strict
+@device
 def touch(px, py, vx, vy, sx, sy, tx, ty, coef, lane, width):
     """As in :mod:`circle`."""
     round_ = coef[at.ROUND * width + lane]

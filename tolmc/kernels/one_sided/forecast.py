@@ -34,7 +34,7 @@ class Forecast(NamedTuple):
 def build(equations: Equations) -> Forecast:
     """The forecast on given equations."""
     system, multipliers, reach, free = equations.system, equations.multipliers, equations.reach, equations.free
-    far, n_state, flies = equations.far, equations.state, not equations.works
+    far, n_state, glimpsed = equations.far, equations.state, equations.glimpsed
 
     @routine
     def aim(y, f0, coef, lanes, seen0, step_length, duration, decision):
@@ -142,7 +142,7 @@ def build(equations: Equations) -> Forecast:
     @routine
     def refine(f0, coef, lanes, argument):
         """The step of lanes that aim at the wall by the equations at the end of their way, ``argument``."""
-        if flies and closed(coef) == 0:
+        if glimpsed and closed(coef) == 0:
             for lane in range(WIDTH):
                 ax, ay, bx, by, _, _, _ = free(argument, coef[at.OMEGA_FIXED * WIDTH + lane], coef, lane, WIDTH)
                 correct(argument, f0, (ax, ay, bx, by), coef, lanes, lane)

@@ -15,25 +15,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolmc.kernels.jit import inlined, once, routine
+from tolmc.kernels.jit import fma, inlined, once, routine
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.layout import WIDTH
-from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE, Tableau, weighted_sum
+from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE, Tableau
 
 _ZERO = 1e-13  # entries of A A below it are what the coefficients' rounding leaves of zeros
 
 
 class Formula(NamedTuple):
-    """Routines over a block of lanes; ``size`` numbers are what a stage keeps.
+    """Routines over a block of lanes, which work in ``k``, so many ``rows``.
 
     ``step(in_flight, y, f0, coef, h, k, argument, samples, end)``: a step of every lane from ``y``, with rates ``f0``, to
-    ``end``; values at the stages into ``samples`` (stage, quantity, lane). ``midpoint(x, v, h, k, out_x, out_v)``: coordinates
-    and speeds in the middle of that step, where the formula has a continuous extension.
+    ``end``; values at the stages into ``samples`` (stage, quantity, lane). ``midpoint(y, k, out)``: the state in the
+    middle of that step, where the formula has a continuous extension.
     """
 
     stages: int
-    size: int
+    rows: int
     step: object
     midpoint: object
 
@@ -63,69 +63,90 @@ def build(equations: Equations, rk4: bool) -> Formula:
     """One formula on given equations; it stands in a kernel once, whoever asks for it."""
     tableau = CLASSICAL if rk4 else DORMAND_PRINCE
     stages, n_state = tableau.stages, equations.state
-    speeds = at.OV_X * WIDTH
-    size, stride = n_state * WIDTH - speeds, equations.samples * WIDTH
-    evaluate = evaluator(equations)
-    argument_of = _arguments(tableau, size)
-    midpoint = _argument(tableau, tableau.midpoint, size) if rk4 else None
+    # A stage's numbers; after those of all stages, and of one more, the steps' lengths, once for each coordinate.
+    size, stride = (n_state - at.OV_X) * WIDTH, equations.samples * WIDTH
+    lengths_first = (stages + 1) * size
+    evaluate, argument_of = evaluator(equations), _arguments(tableau, n_state, at.O_X)
+    argument_in_flight = _arguments(tableau, n_state, at.W_X)
+    to_midpoint = _argument(tableau, tableau.midpoint, n_state, at.O_X) if rk4 else None
+
+    @routine
+    def midpoint(y, k, out):
+        to_midpoint(y, k[lengths_first:], k, out)
 
     @routine
     def step(in_flight, y, f0, coef, h, k, argument, samples, end):
         for c in range(at.OV_X, n_state):
             for lane in range(WIDTH):
                 k[(c - at.OV_X) * WIDTH + lane] = h[lane] * f0[c * WIDTH + lane]
-        first = at.W_X * WIDTH if in_flight else 0
-        x, v, of_speeds = y[first:speeds], y[speeds + first :], k[first:]
-        there_x, there_v = argument[first:speeds], argument[speeds + first :]
+        lengths = k[lengths_first:]
+        for c in range(at.OV_X):
+            for lane in range(WIDTH):
+                lengths[c * WIDTH + lane] = h[lane]
         for stage in range(1, stages):
-            argument_of(stage, x, v, h, of_speeds, there_x, there_v)
+            if in_flight:
+                argument_in_flight(stage, y, lengths, k, argument)
+            else:
+                argument_of(stage, y, lengths, k, argument)
             row, place = stage * size, stage * stride
             evaluate(in_flight, argument, coef, h, k[row : row + size], samples[place : place + stride])
-        argument_of(stages, y[:speeds], y[speeds:], h, k, end[:speeds], end[speeds:])
+        argument_of(stages, y, lengths, k, end)
 
-    return Formula(stages, size, step, midpoint)
+    return Formula(stages, lengths_first // WIDTH + at.OV_X, step, midpoint)
 
 
-def _arguments(tableau: Tableau, size: int) -> Callable:
+def _arguments(tableau: Tableau, n_state: int, first: int) -> Callable:
     """Function of the argument of stage ``stage``, from the second; of the end as one stage more."""
     rows = [*tableau.rows, tableau.weights]
 
     def from_stage(number: int) -> Callable:
-        here = _argument(tableau, rows[number], size)
+        here = _argument(tableau, rows[number], n_state, first)
         if number == tableau.stages:
 
             @inlined
-            def argument(stage, x, v, h, k, out_x, out_v):
-                here(x, v, h, k, out_x, out_v)
+            def argument(stage, y, h, k, out):
+                here(y, h, k, out)
 
         else:
             later = from_stage(number + 1)
 
             @inlined
-            def argument(stage, x, v, h, k, out_x, out_v):
+            def argument(stage, y, h, k, out):
                 if stage == number:
-                    here(x, v, h, k, out_x, out_v)
+                    here(y, h, k, out)
                 else:
-                    later(stage, x, v, h, k, out_x, out_v)
+                    later(stage, y, h, k, out)
 
         return argument
 
     return from_stage(1)
 
 
-def _argument(tableau: Tableau, row: dict[int, float], size: int) -> Callable:
-    """Routine of the coordinates and speeds that one row of the formula leads to."""
+def _argument(tableau: Tableau, row: dict[int, float], n_state: int, first: int) -> Callable:
+    """Routine of the state that one row of the formula leads to: coordinates and their speeds from row ``first`` on."""
     single = np.array([row.get(j, 0.0) for j in range(tableau.stages)])
-    double = {j: float(value) for j, value in enumerate(single @ tableau.matrix) if abs(value) > _ZERO}
-    speed_at, coordinate_at = weighted_sum(row), weighted_sum(double, float(single.sum()))
+    double, share, speeds = single @ tableau.matrix, float(single.sum()), at.OV_X * WIDTH
+    speed_at, coordinate_at = _sum(single, n_state), _sum(np.where(abs(double) > _ZERO, double, 0.0), n_state)
 
     @routine
-    def argument(x, v, h, k, out_x, out_v):
-        for c in range(len(x) // WIDTH):
-            for lane in range(WIDTH):
-                m = c * WIDTH + lane
-                out_x[m] = x[m] + h[lane] * coordinate_at(v, k, size, m)
-        for m in range(len(v)):
-            out_v[m] = speed_at(v, k, size, m)
+    def argument(y, h, k, out):
+        for m in range(first * WIDTH, speeds):
+            out[m] = fma(h[m], coordinate_at(share * y[speeds + m], k, m), y[m])
+        for m in range(speeds + first * WIDTH, n_state * WIDTH):
+            out[m] = speed_at(y[m], k, m - speeds)
 
     return argument
+
+
+def _sum(weights: np.ndarray, n_state: int) -> Callable:
+    """Device function of total + sum_j weights[j] k_j, element m; to the same bits in whichever loop."""
+    columns = np.flatnonzero(weights)
+    values, terms, size = weights[columns], len(columns), (n_state - at.OV_X) * WIDTH
+
+    @inlined
+    def total_of(total, k, m):
+        for t in range(terms):
+            total = fma(values[t], k[columns[t] * size + m], total)
+        return total
+
+    return total_of

@@ -57,18 +57,19 @@ def replacer(rows: int) -> Callable:
 def build(equations: Equations, rk4: bool) -> Stepper:
     """The round of one formula."""
     formula = formulas.build(equations, rk4)
-    stages, k_size, plain_step, midpoint = formula.stages, formula.size, formula.step, formula.midpoint
+    stages, plain_step, midpoint = formula.stages, formula.step, formula.midpoint
     n_state, n_samples = equations.state, equations.samples
     size, stride, speeds = n_state * WIDTH, n_samples * WIDTH, at.OV_X * WIDTH
     advance, look_at, project = equations.advance, equations.look, equations.project
-    glimpse, flies, rubs, forces = equations.glimpse, not equations.works, equations.rubs, equations.forces
+    glimpse, glimpsed, forces = equations.glimpse, equations.glimpsed, equations.forces
+    flies, rubs = not equations.works, equations.rubs
     rows = (0, stages, stages) if rk4 else DORMAND_PRINCE.samples
     row_1, row_2, row_3 = rows[1], rows[2], rows[3 % len(rows)]
 
     @routine
     def look(y, coef, f, seen, argument, step_length):
         """y' and what is seen at every lane's state; rates of forces from a look a little way along the motion."""
-        if flies and closed(coef) == 0:
+        if glimpsed and closed(coef) == 0:
             for lane in range(WIDTH):
                 glimpse(y, coef, f, seen, lane, WIDTH)
         else:
@@ -98,8 +99,8 @@ def build(equations: Equations, rk4: bool) -> Stepper:
                 on_d, on_e = coef[at.CLOSED_D * WIDTH + lane] > 0.0, coef[at.CLOSED_E * WIDTH + lane] > 0.0
                 project(end, coef, on_d, on_e, lane, WIDTH)
             if rk4:
-                midpoint(y[:speeds], y[speeds:], h, k, argument[:speeds], argument[speeds:])
-                after, there = k[stages * k_size :], samples[stages * stride :]
+                midpoint(y, k, argument)
+                after, there = k[stages * (size - speeds) :], samples[stages * stride :]
                 for lane in range(WIDTH):
                     advance(argument, coef, 0.0, after, there, lane, WIDTH)
 
@@ -130,4 +131,4 @@ def build(equations: Equations, rk4: bool) -> Stepper:
             h * seen0[rate * WIDTH + lane], h * seen1[rate * WIDTH + lane],
         )  # fmt: skip
 
-    return Stepper(stages, (stages + 1) * (n_state - at.OV_X), step, look, looked_samples, ends)
+    return Stepper(stages, formula.rows, step, look, looked_samples, ends)
