@@ -141,6 +141,7 @@ def _results(
     """``out`` with the kernel's results, and what wears."""
     raw, counts = np.ascontiguousarray(raw), np.zeros(3, np.int64)
     _run(raw, plan, duration, out, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)), held)
+    np.arctan(out[R.TILT_MAX], out=out[R.TILT_MAX])
     if plan.features.rubs:
         # Where a wall without restitution loses its journal the motion ends.
         lasted = duration if plan.features.one_sided else np.where(out[R.END_TIME] > 0.0, out[R.END_TIME], 1.0)

@@ -23,7 +23,7 @@ def per(x, time):
 def build(equations: Equations) -> Callable:
     """Routine ``store(y, coef, lanes, duration, results, out, ended)``.
 
-    SI results (results.RESULTS, lane) of all lanes into ``results``, and of those that have ``ended`` into the columns of their
+    SI results (results.RESULTS, lane) of all lanes into ``results``, the largest tilt by its tangent, and of those that have ``ended`` into the columns of their
     samples in ``out``; what became of them stands in STATUS.
     """
     spins, rubs, swings, momentum = equations.spins, equations.rubs, equations.swings, equations.momentum
@@ -72,7 +72,6 @@ def build(equations: Equations) -> Callable:
             joule = coef[at.ENERGY * WIDTH + lane]
             results[R.IMPACT_LOSS * WIDTH + lane] = joule * lanes[at.IMPACT_LOSS * WIDTH + lane]
             tilt = max(lanes[at.BEST_TILT * WIDTH + lane], 0.0)
-            # Its tangent.
             results[R.TILT_MAX * WIDTH + lane] = coef[at.KAPPA * WIDTH + lane] * math.sqrt(tilt)
 
     @routine
@@ -147,9 +146,10 @@ def build(equations: Equations) -> Callable:
             if ended[lane]:
                 i = int(lanes[at.SAMPLE * WIDTH + lane])
                 # What no motion with impacts has stays zero.
-                for row in range(last):
+                for row in range(at.R_EVENTS + 1):
                     out[row, i] = results[row * WIDTH + lane]
-                out[R.TILT_MAX, i] = math.atan(results[R.TILT_MAX * WIDTH + lane])
+                for row in range(R.D_IMPACTS, last):
+                    out[row, i] = results[row * WIDTH + lane]
                 for row in (R.D_IMPACT_FORCE_MAX, R.E_IMPACT_FORCE_MAX):
                     out[row, i] = hertz(results[row * WIDTH + lane], coef[at.HERTZ * WIDTH + lane])
 

@@ -39,7 +39,7 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
     accuracy : float
         Penetration over c that ends a sample.
     out : (results.RESULTS, n) array
-        What wears is the caller's; no step is done again, and energy watches every sample.
+        The largest tilt by its tangent; what wears is the caller's. No step is done again: energy watches every sample.
     counts : (3,) int64 array
         Gets the rounds, and the rows and events of the record.
     record, events : (layout.RECORD, rows), (layout.EVENT, rows) arrays
