@@ -23,8 +23,8 @@ def per(x, time):
 def build(equations: Equations) -> Callable:
     """Routine ``store(y, coef, lanes, duration, results, out, ended)``.
 
-    SI results (results.RESULTS, lane) of all lanes into ``results``, the largest tilt by its tangent, and of those that have ``ended`` into the columns of their
-    samples in ``out``; what became of them stands in STATUS.
+    SI results (results.RESULTS, lane) of all lanes into ``results``, the largest tilt by its tangent, and of those that have
+    ``ended`` into the columns of their samples in ``out``; what became of them stands in STATUS.
     """
     spins, rubs, swings, momentum = equations.spins, equations.rubs, equations.swings, equations.momentum
     last = R.WEAR_RATE if rubs else R.FRICTION_TORQUE_MAX
