@@ -28,8 +28,6 @@ from tolmc.kernels.linking import KernelCompiler, PieceCompiler
 _STRICT = {"nogil": True, "error_model": "numpy"}
 _OPTIONS = {**_STRICT, "fastmath": {"contract", "nsz", "arcp"}}
 
-_FUSES = bool(get_host_cpu_features().get("fma")) or platform.machine().lower() in ("arm64", "aarch64")
-
 _HERE = Path(__file__).parent
 _INSTALLED = {"site-packages", "dist-packages"}
 
@@ -116,23 +114,24 @@ device = _piece(forceinline=True, **_OPTIONS)
 strict = _piece(forceinline=True, fastmath=False, **_STRICT)
 
 
-def _fma(a, b, c):
+def _product_and_sum(a, b, c):
     return a * b + c
 
 
-if nb.config.DISABLE_JIT or not _FUSES:
-    #: a b + c, rounded once where the processor does it so: what ``strict`` pieces are contracted by, in every loop alike.
-    fma = strict(_fma)
-else:
+def _fused(context, a, b, c):
+    def generate(_, builder, signature, numbers):
+        return builder.fma(*numbers)
 
-    @intrinsic
-    def fma(context, a, b, c):
-        """The same."""
+    return nb.float64(nb.float64, nb.float64, nb.float64), generate
 
-        def generate(_, builder, signature, numbers):
-            return builder.fma(*numbers)
 
-        return nb.float64(nb.float64, nb.float64, nb.float64), generate
+def _fma():
+    fuses = get_host_cpu_features().get("fma") or platform.machine().lower() in ("arm64", "aarch64")
+    return intrinsic(_fused) if fuses and not nb.config.DISABLE_JIT else strict(_product_and_sum)
+
+
+#: a b + c, rounded once where the processor does it so: what strict pieces are contracted by, in every loop alike.
+fma = _fma()
 
 
 @strict
