@@ -63,12 +63,10 @@ class SymmetricMotion:
     def evaluate(self, state):
         """Rates of the state, contact forces, energy."""
         c_x, c_y, cos_d, sin_d, sin_e, swing, nu = state
-        x, y, kappa, pull, turn, lean, x_bias, y_bias = section.shape(
-            cos_d, sin_d, sin_e, nu, self.clearance, self.journal
-        )
+        x, y, kappa, pull, turn, lean, *bias = section.shape(cos_d, sin_d, sin_e, nu, self.clearance, self.journal)
         f_c, f_j = self.gravity[:2] @ [c_x, c_y], self.gravity[:2] @ [-c_y, c_x]
         swing_rate, nu_rate, n_d, n_e, kinetic, potential, _, _ = section.symmetric(
-            cos_d, sin_d, x, y, kappa, pull, x_bias, y_bias, swing, nu, self.z, self.inertia, self.gyro,
+            cos_d, sin_d, x, y, kappa, pull, *bias, swing, nu, self.z, self.inertia, self.gyro,
             f_c, f_j, self.z * f_c, self.z * f_j, self.z * self.gravity[2],
         )  # fmt: skip
         rates = [-swing * c_y, swing * c_x, -turn * sin_d, turn * cos_d, lean, swing_rate, nu_rate]
@@ -166,7 +164,7 @@ def test_rates_and_accelerations_are_derivatives_along_the_motion(ratio, slender
             return np.array([x, y, guess, kappa * pose[3], pose[2]]), pose
 
         here, pose = at(delta)
-        *_, turn, lean, x_bias, y_bias = section.shape(*pose[2:], 1.0, clearance, journal)
+        *_, turn, lean, x_bias, y_bias, _, _ = section.shape(*pose[2:], 1.0, clearance, journal)
         # Fourth-order differences of X, Y, sin(eps), kappa sin(delta) and cos(delta) by the time, at nu = 1.
         rates = sum(w * at(delta + k * step)[0] for w, k in ((8, 1), (-8, -1), (-1, 2), (1, -2)))
         rates *= turn / (12 * step)
@@ -217,7 +215,7 @@ def test_accelerations_contact_forces_and_energy_agree_with_the_twin(seed, symme
     state = section.start(*angles, (bearing.R - bearing.r) / L, bearing.r / L)
     c_x, c_y, cos_d, sin_d, sin_e, swing, nu = state
     c, j = np.array([c_x, c_y]), np.array([-c_y, c_x])
-    x, y, kappa, pull, _, _, x_bias, y_bias = section.shape(
+    x, y, kappa, pull, _, _, x_bias, y_bias, *tilt = section.shape(
         cos_d, sin_d, sin_e, nu, (bearing.R - bearing.r) / L, bearing.r / L
     )
     x_rate, y_rate = -kappa * sin_d * nu, cos_d * nu
@@ -225,7 +223,7 @@ def test_accelerations_contact_forces_and_energy_agree_with_the_twin(seed, symme
     velocity = np.concatenate([x_rate * c + x * swing * j, y_rate * j - y * swing * c])
     np.testing.assert_allclose(L * velocity, q_rate, atol=1e-13 * np.abs(q_rate).max())
 
-    pose = cos_d, sin_d, x, y, kappa, pull, x_bias, y_bias, swing, nu
+    pose = cos_d, sin_d, x, y, kappa, pull, x_bias, y_bias, *tilt, swing, nu
     phi = chi - 0.5 * (angles[0] + angles[1])
     inertia = body.inertia / (mass * L**2)
     swing_rate, nu_rate, spin_rate, phi_rate, n_d, n_e, kinetic, potential, power, _, _ = section.general(
@@ -316,7 +314,8 @@ def _circle(cos_d, sin_d, nu, radius):
     """What :func:`section.shape` gives, for a circle."""
     turn = nu / radius
     pull = math.hypot(1, radius * sin_d * sin_d)
-    return radius * cos_d, radius * sin_d, 1.0, pull, -cos_d * turn * nu, -sin_d * turn * nu
+    cos2 = 1 / (1 + (radius * sin_d) ** 2)
+    return radius * cos_d, radius * sin_d, 1.0, pull, -cos_d * turn * nu, -sin_d * turn * nu, cos2, math.sqrt(cos2)
 
 
 def test_difference_from_the_circle_vanishes_with_the_clearance():

@@ -14,7 +14,7 @@ import numpy as np
 from tolmc.kernels import jit, loops, tableaux
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.kernels.lanes import Layout, observer
-from tolmc.kernels.steppers import Stepper, fused, stages
+from tolmc.kernels.steppers import Stepper, stages
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import (
     Watcher,
@@ -39,10 +39,7 @@ def stepper_of(formulation: str, method: str, load: bool, forces: bool) -> tuple
     """A stepper and the layout of its rows: one for all kernels, which so share its compilation."""
     equations, layout = FORMULATIONS[formulation], Layout()
     tableau = tableaux.DORMAND_PRINCE if method == PUBLISHED else METHODS[method]
-    # Fused, the long equations of a body of any shape would be compiled twelve times.
-    is_long = equations.TORQUE and not equations.RUBS
-    build_stepper = stages.build if is_long or method == "rk4" else fused.build
-    return build_stepper(tableau, equations, _plain(load), forces, layout), layout
+    return stages.build(tableau, equations, _plain(load), forces, layout), layout
 
 
 @jit.once
@@ -60,11 +57,12 @@ def build(formulation: str, method: str, *, load: bool, forces: bool) -> Callabl
     forces : whether contact forces, largest tilt and loss of contact are wanted
     """
     system = _system(formulation, method, load, forces)
-    watcher = together(_watchers(system, forces))
-    return jit.entry(
-        loops.watch if forces else loops.integrate, name_of(formulation, method, load=load, forces=forces),
-        begin=watcher.begin, look=watcher.look, scan=watcher.scan, finish=watcher.finish, **_parts(system),
-    )  # fmt: skip
+    watcher, name = together(_watchers(system, forces)), name_of(formulation, method, load=load, forces=forces)
+    entry, loop = (loops.watch, loops.watch_blocks) if forces else (loops.integrate, loops.integrate_blocks)
+    parts = _parts(system)
+    watching = {"begin": watcher.begin, "look": watcher.look, "scan": watcher.scan, "finish": watcher.finish}
+    blocks = jit.piece(loop, f"{name}_blocks", **watching, **parts)
+    return jit.entry(entry, name, blocks=blocks, **parts)
 
 
 @jit.once

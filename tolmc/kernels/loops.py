@@ -1,6 +1,7 @@
 """The loops of the kernels, over blocks of lanes and over steps, with names that stand for the parts of one kernel.
 
-These functions are templates: :mod:`engine` makes an entry of each with the parts of its own in place of the names below.
+These functions are templates: :mod:`engine` makes an entry of each with the parts of its own in place of the names below, and
+of the loops over blocks that it calls a piece: an entry would count the references to every view of an array.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ state = torque = None
 what = at = None
 #: The step and the look, the watchers' functions, the projection on the energy.
 step_once = see = begin = look = scan = finish = project_energy = None
+#: The loop over blocks that an entry calls.
+blocks = None
 #: Rows of the buffer, and how many there are.
 rows = y_rows = end_rows = coef_rows = h_rows = seen_rows = target_rows = correction_rows = None
 until = bad_step = end_state = end_seen = part_h = None
@@ -25,8 +28,12 @@ until = bad_step = end_state = end_seen = part_h = None
 
 def integrate(raw, steps, duration, on_loss, project_energy, momentum, out):
     """Every column of ``raw``, block by block: its results to ``out``. Nothing is seen of the forces."""
-    run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, momentum, out)
-    work = lanes(rows)
+    blocks(Run(raw, steps, duration, duration / steps, on_loss, project_energy, momentum, out), lanes(rows))
+
+
+def integrate_blocks(run, work):
+    """The loop of :func:`integrate`."""
+    raw, out, steps = run.raw, run.out, run.steps
     y, end, coef, h, seen = work[y_rows], work[end_rows], work[coef_rows], work[h_rows], work[seen_rows]
     n = raw.shape[1]
     for block in range(0, n, WIDTH):
@@ -44,7 +51,7 @@ def integrate(raw, steps, duration, on_loss, project_energy, momentum, out):
             y, end = end, y
         for lane in range(min(WIDTH, n - block)):
             i = block + lane
-            out[STATUS, i], out[END_TIME, i], out[MOMENTUM_ERROR, i], out[STEP_ERROR, i] = OK, duration, 0.0, 0.0
+            out[STATUS, i], out[END_TIME, i], out[MOMENTUM_ERROR, i], out[STEP_ERROR, i] = OK, run.duration, 0.0, 0.0
             if work[bad_step + lane] >= 0.0:
                 out[STATUS, i], out[END_TIME, i] = DIVERGED, work[bad_step + lane] * run.step_length
         finish(run, block, y, coef, work)
@@ -56,7 +63,12 @@ def watch(raw, steps, duration, on_loss, project_energy, momentum, out):
     A motion of fewer steps goes on until the polynomials between its ends have the ends that they need.
     """
     run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, momentum, out)
-    work, states, seen = lanes(rows), lanes(ROWS * state), lanes(ROWS * what)
+    blocks(run, lanes(rows), lanes(ROWS * state), lanes(ROWS * what))
+
+
+def watch_blocks(run, work, states, seen):
+    """The loop of :func:`watch`."""
+    raw, out, steps = run.raw, run.out, run.steps
     coef, h, ends, seen_there, length = work[coef_rows], work[h_rows], work[end_state], work[end_seen], work[part_h]
     n, total = raw.shape[1], max(steps, SUPPORT - 1)
     for block in range(0, n, WIDTH):
@@ -105,7 +117,7 @@ def watch(raw, steps, duration, on_loss, project_energy, momentum, out):
                     seen_there[c * WIDTH + lane] = seen[((steps - first) * what + c) * WIDTH + lane]
         for lane in range(min(WIDTH, n - block)):
             i = block + lane
-            out[STATUS, i], out[END_TIME, i], out[MOMENTUM_ERROR, i] = OK, duration, 0.0
+            out[STATUS, i], out[END_TIME, i], out[MOMENTUM_ERROR, i] = OK, run.duration, 0.0
             if work[bad_step + lane] >= 0.0:
                 out[STATUS, i], out[END_TIME, i] = DIVERGED, work[bad_step + lane] * run.step_length
         finish(run, block, ends, coef, work)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Mapping
 
@@ -32,37 +31,17 @@ def scratch(name: str, rows: int, n: int) -> np.ndarray:
     return kept[: rows * n].reshape(rows, n)
 
 
-def pack_again(values: Mapping[str, np.ndarray | float], n: int) -> tuple[np.ndarray, np.ndarray]:
-    """As :func:`pack`, into this thread's array: rows that hold the number that they held in its last block stay as they are.
-
-    For those who write to no row of a scalar.
-    """
-    raw = scratch("raw", P.COUNT, n)
-    place, constant = getattr(_SCRATCH, "constant", (None, {}))
-    if place != (raw.ctypes.data, n):
-        _SCRATCH.constant = (raw.ctypes.data, n), (constant := {})
-    return _packed(values, n, raw, constant)
-
-
-def pack(values: Mapping[str, np.ndarray | float], n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Parameter array (parameters.COUNT, n) and the code of each sample: OK, or why it cannot be integrated."""
-    return _packed(values, n, np.empty((P.COUNT, n)), {})
-
-
-def _packed(
-    values: Mapping[str, np.ndarray | float], n: int, raw: np.ndarray, constant: dict[int, tuple[float, float]]
+def pack(
+    values: Mapping[str, np.ndarray | float], n: int, raw: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """:func:`pack` into ``raw``, of which the rows ``constant`` hold one number each, and its sign; kept up to date."""
+    """Parameter array (parameters.COUNT, n) and the code of each sample: OK, or why it cannot be integrated."""
+    raw = np.empty((P.COUNT, n)) if raw is None else raw
     raw[P.BEARING_RADIUS], raw[P.JOURNAL_RADIUS], raw[P.HALF_LENGTH] = operating_dimensions(values)
     finite = np.ones(n, bool)
     for name, row in _ROWS.items():
-        value = values[name]
-        if isinstance(value, np.ndarray):  # a scene's own scalars are finite
-            constant.pop(row, None)
-            raw[row] = value
-            finite &= np.isfinite(value)
-        elif constant.get(row) != (there := (value, math.copysign(1.0, value))):
-            raw[row], constant[row] = value, there
+        raw[row] = values[name]
+        if np.ndim(values[name]):  # a scene's own scalars are finite
+            finite &= np.isfinite(values[name])
     large, small, length = raw[P.BEARING_RADIUS], raw[P.JOURNAL_RADIUS], raw[P.HALF_LENGTH]
     joint = np.isfinite(large) & np.isfinite(small) & np.isfinite(length) & (small > 0) & (small < large) & (length > 0)
     finite &= (raw[P.RESTITUTION] >= 0.0) & (raw[P.RESTITUTION] <= 1.0) & (raw[P.CONTACT_STIFFNESS] >= 0.0)
@@ -70,7 +49,7 @@ def _packed(
     for row in _FREQUENCIES:
         finite &= raw[row] >= 0.0
     code = np.where(joint, np.where(finite, R.OK, BODY_INVALID), GEOMETRY_INVALID)
-    if any(isinstance(values[name], np.ndarray) for name in _BODY_SCALARS):
+    if any(np.ndim(values[name]) for name in _BODY_SCALARS):
         inside = code == R.OK
         code[inside] = np.where(_is_body(raw[:, inside]), R.OK, BODY_INVALID)
     raw[P.RADIUS] = np.nan

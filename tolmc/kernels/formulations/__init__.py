@@ -7,14 +7,21 @@ A formulation has, with SI units at its borders and every array flat, (row, lane
 ``TORQUE``
     Whether its loads may have a torque, or friction and a drive do work, which the energy balance then includes.
 ``RUBS``
-    Whether it has friction. ``advance`` then returns in place of the power the slip powers N |v| at both ends, the heat and
-    friction's moment about the axis, in the units that ``units(coef, lane, width)`` gives; half the sum of the polar rates, by
-    how much the slower contact exceeds the slip speed, and the margin by which the contact forces are determined.
-    ``sense(y, coef, lane, width, with_load)`` returns (N_D, N_E, |w|^2, the moment), ``spin_rate(y, coef, lane, width)`` Omega.
+    Whether it has friction. The last part then returns N_D, N_E, the slip powers N |v| at both ends, the heat and friction's
+    moment about the axis, in the units that ``units(coef, lane, width)`` gives, and half the sum of the polar rates;
+    ``sense`` the moment besides. ``at_end(held, besides, y, coef, lane, width)`` is |w|^2, T, V, by how much the slower contact
+    exceeds the slip speed and the margin by which the contact forces are determined, ``besides`` what the part before the last
+    returns; ``spin_rate(y, coef, lane, width)`` is Omega.
 ``prepare(raw, i, coef, lane, width)``, ``start(raw, i, y, coef, lane, width)``
     Coefficients and state at t = 0 of a lane from column i of the parameters.
+``PARTS``, ``HELD``
+    The right-hand side in parts, each for a loop over lanes of its own: ``part(y, held, coef, lane, width, with_load)``, the
+    last ``finish(y, held, coef, h, k, first, lane, width, with_load)``: h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T,
+    V and the power of the torque. ``held`` has what one part hands on to the next, in HELD rows after those of the state.
+``sense(y, held, coef, lane, width, with_load)``
+    In place of the last part: N_D, N_E, |w|^2.
 ``advance(y, coef, h, k, first, lane, width, with_load)``
-    h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque.
+    The whole as the last part has it, in one go: of equations so short that without forces this is the faster way.
 ``project(y, coef, lane, width)``
     Puts the state back on its constraints; returns the relative error left.
 ``momentum(y, coef, lane, width)``

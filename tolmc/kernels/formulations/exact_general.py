@@ -60,22 +60,25 @@ def start(raw, i, y, coef, lane, width):
 
 
 @device
-def evaluate(y, coef, lane, width, with_load):
-    """(swing', nu', Omega', phi', delta', sin(eps)', X, Y, N_D, N_E, T, V, power, momentum about Z, that of a unit turn).
+def _shape(y, coef, lane, width):
+    return section.shape(
+        y[2 * width + lane], y[3 * width + lane], y[4 * width + lane], y[6 * width + lane],
+        coef[_CLEARANCE * width + lane], coef[_JOURNAL * width + lane],
+    )  # fmt: skip
 
-    Of one lane; SI units, X and Y over L.
-    """
+
+@device
+def _from_shape(y, shaped, coef, lane, width, with_load):
+    """What :func:`evaluate` returns, from what :func:`exact_section.shape` has."""
     c_x, c_y = y[lane], y[width + lane]
-    cos_d, sin_d, sin_e = y[2 * width + lane], y[3 * width + lane], y[4 * width + lane]
+    cos_d, sin_d = y[2 * width + lane], y[3 * width + lane]
     swing, nu = y[5 * width + lane], y[6 * width + lane]
-    big_x, big_y, kappa, pull, turn, lean, x_bias, y_bias = section.shape(
-        cos_d, sin_d, sin_e, nu, coef[_CLEARANCE * width + lane], coef[_JOURNAL * width + lane]
-    )
+    big_x, big_y, kappa, pull, turn, lean, x_bias, y_bias, cos2, cos_t = shaped
     gx, gy = coef[_GX * width + lane], coef[_GY * width + lane]
     fx, fy = coef[_FX * width + lane], coef[_FY * width + lane]
     tx, ty = coef[_TX * width + lane], coef[_TY * width + lane]
     swing_rate, nu_rate, spin_rate, phi_rate, n_d, n_e, kinetic, potential, power, about_z, turn_z = section.general(
-        cos_d, sin_d, big_x, big_y, kappa, pull, x_bias, y_bias, swing, nu,
+        cos_d, sin_d, big_x, big_y, kappa, pull, x_bias, y_bias, cos2, cos_t, swing, nu,
         y[7 * width + lane], y[8 * width + lane], y[9 * width + lane],
         coef[_COM_X * width + lane], coef[_COM_Y * width + lane], coef[_COM_Z * width + lane],
         coef[_J_XX * width + lane], coef[_J_YY * width + lane], coef[_J_ZZ * width + lane],
@@ -94,10 +97,25 @@ def evaluate(y, coef, lane, width, with_load):
 
 
 @device
-def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque."""
+def evaluate(y, coef, lane, width, with_load):
+    """(swing', nu', Omega', phi', delta', sin(eps)', X, Y, N_D, N_E, T, V, power, momentum about Z, that of a unit turn).
+
+    Of one lane; SI units, X and Y over L.
+    """
+    return _from_shape(y, _shape(y, coef, lane, width), coef, lane, width, with_load)
+
+
+@device
+def begin(y, held, coef, lane, width, with_load):
+    """The first part of a right-hand side: what the pose determines."""
+    section.hold(_shape(y, coef, lane, width), held, STATE * width + lane, width)
+
+
+@device
+def finish(y, held, coef, h, k, first, lane, width, with_load):
+    """The last: h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque."""
     swing_rate, nu_rate, spin_rate, phi_rate, turn, lean, _, big_y, n_d, n_e, kinetic, potential, power, _, _ = (
-        evaluate(y, coef, lane, width, with_load)
+        _from_shape(y, section.held_shape(held, STATE * width + lane, width), coef, lane, width, with_load)
     )
     swing = h * y[5 * width + lane]
     k[first + lane] = -swing * y[width + lane]
@@ -112,6 +130,19 @@ def advance(y, coef, h, k, first, lane, width, with_load):
     k[first + 9 * width + lane] = h * spin_rate
     length = coef[_LENGTH * width + lane]
     return n_d, n_e, (length * big_y) * (length * big_y), kinetic, potential, power
+
+
+@device
+def sense(y, held, coef, lane, width, with_load):
+    """N_D, N_E, |w|^2 in place of the last part."""
+    _, _, _, _, _, _, _, big_y, n_d, n_e, _, _, _, _, _ = _from_shape(
+        y, section.held_shape(held, STATE * width + lane, width), coef, lane, width, with_load
+    )
+    w = coef[_LENGTH * width + lane] * big_y
+    return n_d, n_e, w * w
+
+
+HELD, PARTS = 10, (begin, finish)
 
 
 @device

@@ -49,10 +49,10 @@ _START_ITERATIONS = 12
 
 @device
 def shape(cos_d, sin_d, sin_e, nu, clearance, journal):
-    """(X, Y, kappa, 1/(kappa cos(eps)), delta', sin(eps)', X'', Y''), the last two for nu' = 0.
+    """(X, Y, kappa, 1/(kappa cos(eps)), delta', sin(eps)', X'', Y'', cos(theta)^2, cos(theta)), X'' and Y'' for nu' = 0.
 
-    clearance = (R - r)/L, journal = r/L. One square root and one division; a = A (1 + cos(eps)) cancels
-    nothing. What a caller does not use is not computed.
+    clearance = (R - r)/L, journal = r/L, theta the tilt; a = A (1 + cos(eps)) cancels nothing. What a caller does not use is
+    not computed.
     """
     cos_e2 = 1.0 - sin_e * sin_e
     cos_e = math.sqrt(cos_e2)
@@ -68,10 +68,29 @@ def shape(cos_d, sin_d, sin_e, nu, clearance, journal):
     speed = rest * inverse * nu  # nu/(a (kappa - g))
     turn = (kappa + g) * rest * speed
     lean = (kappa + kappa) * a * speed * ((cos_e * cos_e2) * (sin_d * cos_d))
-    opened, turned = kappa * cos_d, turn * nu
+    opened, turned, y = kappa * cos_d, turn * nu, mu * sin_d
+    cos2 = 1.0 / (1.0 + y * y)
     return (
-        mu * opened, mu * sin_d, kappa, 1.0 / (kappa * cos_e), turn, lean,
-        -(journal * lean * nu * sin_d + opened * turned), -sin_d * turned,
+        mu * opened, y, kappa, 1.0 / (kappa * cos_e), turn, lean,
+        -(journal * lean * nu * sin_d + opened * turned), -sin_d * turned, cos2, math.sqrt(cos2),
+    )  # fmt: skip
+
+
+@device
+def hold(shaped, held, at, width):
+    """What :func:`shape` has, to rows from ``at`` on."""
+    (
+        held[at], held[at + width], held[at + 2 * width], held[at + 3 * width], held[at + 4 * width],
+        held[at + 5 * width], held[at + 6 * width], held[at + 7 * width], held[at + 8 * width], held[at + 9 * width],
+    ) = shaped  # fmt: skip
+
+
+@device
+def held_shape(held, at, width):
+    """The same again."""
+    return (
+        held[at], held[at + width], held[at + 2 * width], held[at + 3 * width], held[at + 4 * width],
+        held[at + 5 * width], held[at + 6 * width], held[at + 7 * width], held[at + 8 * width], held[at + 9 * width],
     )  # fmt: skip
 
 
@@ -89,22 +108,20 @@ def contact_forces(cos_d, sin_d, kappa, pull, o_c, o_j, s_c, s_j):
 
 @device
 def symmetric(
-    cos_d, sin_d, x, y, kappa, pull, x_bias, y_bias, swing, nu,
+    cos_d, sin_d, x, y, kappa, pull, x_bias, y_bias, cos2, cos_t, swing, nu,
     z, inertia, gyro, force_c, force_j, moment_c, moment_j, moment_z,
 ):  # fmt: skip
     """Body symmetric about its axis: (swing', nu', N_D, N_E, T, V, momentum about Z, its change with swing).
 
-    x ... y_bias come from :func:`shape`. z = z_C/L, inertia = A/(m L^2), gyro = C Omega/(m L^2); force_c,
+    x ... cos_t come from :func:`shape`. z = z_C/L, inertia = A/(m L^2), gyro = C Omega/(m L^2); force_c,
     force_j are the components of the resultant over m L along c and Jc; moment_c, moment_j, moment_z those of
     the sum of z_i F_i over m L^2 along c, Jc and Z, z_i the height on the axis where F_i acts. Contact forces
     in units of m L/s^2, positive when the wall pushes; T, without the constant C Omega^2/2, and V in units of
     m L^2/s^2, the momentum, without the constant C Omega, in units of m L^2/s. What a caller does not use is not
-    computed: the accelerations alone cost one square root and two divisions.
+    computed.
 
     Lagrange's equations in the angle of c, X and the tilt theta: tan(theta) = Y, e = (sin(theta) Jc, cos(theta)).
     """
-    cos2 = 1.0 / (1.0 + y * y)
-    cos_t = math.sqrt(cos2)
     sin_t = y * cos_t
     # X' and theta' for nu = 1, then the accelerations of O and e for swing' = nu' = 0.
     x_1, tilt_1 = -kappa * sin_d, cos2 * cos_d
@@ -164,7 +181,7 @@ def _turned(cos_p, sin_p, x, y):
 
 @device
 def general(
-    cos_d, sin_d, x, y, kappa, pull, x_bias, y_bias, swing, nu, cos_p, sin_p, spin,
+    cos_d, sin_d, x, y, kappa, pull, x_bias, y_bias, cos2, cos_t, swing, nu, cos_p, sin_p, spin,
     com_x, com_y, com_z, j_xx, j_yy, j_zz, j_xy, j_xz, j_yz,
     gravity_c, gravity_j, gravity_z, force_c, force_j, force_z, at_x, at_y, at_z,
     torque_c, torque_j, torque_z, with_load,
@@ -178,8 +195,6 @@ def general(
 
     Kane's equations for swing, nu and Omega; in that frame omega = (-theta', -sin(theta) swing, Omega).
     """
-    cos2 = 1.0 / (1.0 + y * y)
-    cos_t = math.sqrt(cos2)
     sin_t = y * cos_t
     x_1, tilt_1 = -kappa * sin_d, cos2 * cos_d
     x_rate, tilt_rate = x_1 * nu, tilt_1 * nu
@@ -297,7 +312,7 @@ def project(c_x, c_y, cos_d, sin_d, sin_e, clearance, journal):
 @device
 def gap(cos_d, sin_d, sin_e, clearance, journal):
     """Distance of either rim from the journal's surface, in units of L; 0 to rounding once projected."""
-    x, y, _, _, _, _, _, _ = shape(cos_d, sin_d, sin_e, 0.0, clearance, journal)
+    x, y, _, _, _, _, _, _, _, _ = shape(cos_d, sin_d, sin_e, 0.0, clearance, journal)
     tan_e = y * sin_d
     q = math.sqrt(1.0 + tan_e * tan_e)
     return (clearance - x * cos_d - y * sin_d - journal * tan_e * tan_e / (1.0 + q)) / q
@@ -306,7 +321,7 @@ def gap(cos_d, sin_d, sin_e, clearance, journal):
 @device
 def motion(c_x, c_y, cos_d, sin_d, sin_e, swing, nu, clearance, journal):
     """(O_x, O_y, u, v, O_x', O_y', u', v')/L of O = X c and w = Y Jc; X' = -kappa sin(delta) nu, Y' = cos(delta) nu."""
-    x, y, kappa, _, _, _, _, _ = shape(cos_d, sin_d, sin_e, nu, clearance, journal)
+    x, y, kappa, _, _, _, _, _, _, _ = shape(cos_d, sin_d, sin_e, nu, clearance, journal)
     x_rate, y_rate = -kappa * sin_d * nu, cos_d * nu
     return (
         x * c_x, x * c_y, -y * c_y, y * c_x, x_rate * c_x - x * swing * c_y, x_rate * c_y + x * swing * c_x,
@@ -353,7 +368,7 @@ def start(alpha, beta, alpha_rate, beta_rate, clearance, journal):
     c_x, c_y, cos_d, sin_d, sin_e = project(
         math.cos(mid), math.sin(mid), cos_h * inverse, kappa * sin_h * inverse, sin_e, clearance, journal
     )
-    x, y, kappa, _, _, _, _, _ = shape(cos_d, sin_d, sin_e, 0.0, clearance, journal)
+    x, y, kappa, _, _, _, _, _, _, _ = shape(cos_d, sin_d, sin_e, 0.0, clearance, journal)
     # eta = atan2(Y, X)
     nu = 0.5 * (alpha_rate - beta_rate) * (x * x + y * y) / (x * cos_d + kappa * y * sin_d)
     return c_x, c_y, cos_d, sin_d, sin_e, 0.5 * (alpha_rate + beta_rate), nu

@@ -52,17 +52,20 @@ def start(raw, i, y, coef, lane, width):
 
 
 @device
-def evaluate(y, coef, lane, width, with_load):
-    """(swing', nu', delta', sin(eps)', X, Y, N_D, N_E, T, V, momentum about Z, its change with swing) of one lane.
+def _shape(y, coef, lane, width):
+    return section.shape(
+        y[2 * width + lane], y[3 * width + lane], y[4 * width + lane], y[6 * width + lane],
+        coef[_CLEARANCE * width + lane], coef[_JOURNAL * width + lane],
+    )  # fmt: skip
 
-    SI units, X and Y over L.
-    """
+
+@device
+def _from_shape(y, shaped, coef, lane, width, with_load):
+    """What :func:`evaluate` returns, from what :func:`exact_section.shape` has."""
     c_x, c_y = y[lane], y[width + lane]
-    cos_d, sin_d, sin_e = y[2 * width + lane], y[3 * width + lane], y[4 * width + lane]
+    cos_d, sin_d = y[2 * width + lane], y[3 * width + lane]
     swing, nu = y[5 * width + lane], y[6 * width + lane]
-    big_x, big_y, kappa, pull, turn, lean, x_bias, y_bias = section.shape(
-        cos_d, sin_d, sin_e, nu, coef[_CLEARANCE * width + lane], coef[_JOURNAL * width + lane]
-    )
+    big_x, big_y, kappa, pull, turn, lean, x_bias, y_bias, cos2, cos_t = shaped
     force_c, force_j, moment_c, moment_j, moment_z = 0.0, 0.0, 0.0, 0.0, 0.0
     if with_load:
         fx, fy = coef[_FX * width + lane], coef[_FY * width + lane]
@@ -71,7 +74,7 @@ def evaluate(y, coef, lane, width, with_load):
         moment_c, moment_j = c_x * gx + c_y * gy, c_x * gy - c_y * gx
         moment_z = coef[_GZ * width + lane]
     swing_rate, nu_rate, n_d, n_e, kinetic, potential, about_z, turn_z = section.symmetric(
-        cos_d, sin_d, big_x, big_y, kappa, pull, x_bias, y_bias, swing, nu,
+        cos_d, sin_d, big_x, big_y, kappa, pull, x_bias, y_bias, cos2, cos_t, swing, nu,
         coef[_Z * width + lane], coef[_INERTIA * width + lane], coef[_GYRO * width + lane],
         force_c, force_j, moment_c, moment_j, moment_z,
     )  # fmt: skip
@@ -83,10 +86,25 @@ def evaluate(y, coef, lane, width, with_load):
 
 
 @device
-def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
-    swing_rate, nu_rate, turn, lean, _, big_y, n_d, n_e, kinetic, potential, _, _ = evaluate(
-        y, coef, lane, width, with_load
+def evaluate(y, coef, lane, width, with_load):
+    """(swing', nu', delta', sin(eps)', X, Y, N_D, N_E, T, V, momentum about Z, its change with swing) of one lane.
+
+    SI units, X and Y over L.
+    """
+    return _from_shape(y, _shape(y, coef, lane, width), coef, lane, width, with_load)
+
+
+@device
+def begin(y, held, coef, lane, width, with_load):
+    """The first part of a right-hand side: what the pose determines."""
+    section.hold(_shape(y, coef, lane, width), held, STATE * width + lane, width)
+
+
+@device
+def finish(y, held, coef, h, k, first, lane, width, with_load):
+    """The last: h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
+    swing_rate, nu_rate, turn, lean, _, big_y, n_d, n_e, kinetic, potential, _, _ = _from_shape(
+        y, section.held_shape(held, STATE * width + lane, width), coef, lane, width, with_load
     )
     swing = h * y[5 * width + lane]
     k[first + lane] = -swing * y[width + lane]
@@ -98,6 +116,19 @@ def advance(y, coef, h, k, first, lane, width, with_load):
     k[first + 6 * width + lane] = h * nu_rate
     length = coef[_LENGTH * width + lane]
     return n_d, n_e, (length * big_y) * (length * big_y), kinetic, potential, 0.0
+
+
+@device
+def sense(y, held, coef, lane, width, with_load):
+    """N_D, N_E, |w|^2 in place of the last part."""
+    _, _, _, _, _, big_y, n_d, n_e, _, _, _, _ = _from_shape(
+        y, section.held_shape(held, STATE * width + lane, width), coef, lane, width, with_load
+    )
+    w = coef[_LENGTH * width + lane] * big_y
+    return n_d, n_e, w * w
+
+
+HELD, PARTS = 10, (begin, finish)
 
 
 @device

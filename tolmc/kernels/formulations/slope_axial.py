@@ -29,21 +29,30 @@ def start(raw, i, y, coef, lane, width):
 
 
 @device
-def evaluate(y, coef, lane, width, with_load):
-    """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V, q) of one lane."""
+def _pose(y, coef, lane, width):
     cos_d, sin_d = y[lane], y[width + lane]
-    q = sin_d * sin_d
-    s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential = slope_symmetric.dynamics(
-        cos_d * cos_d, q, cos_d * sin_d, y[2 * width + lane], y[3 * width + lane], False,
-        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, coef, lane, width, with_load,
-    )  # fmt: skip
-    return s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential, q
+    return slope_symmetric.of_pose(cos_d * cos_d, sin_d * sin_d, cos_d * sin_d, coef, lane, width)
 
 
 @device
-def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
-    _, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = evaluate(y, coef, lane, width, with_load)
+def _from_pose(y, posed, coef, lane, width, with_load):
+    """What :func:`evaluate` returns, from what the pose determines."""
+    s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential = slope_symmetric.dynamics(
+        posed, y[2 * width + lane], y[3 * width + lane], False,
+        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, coef, lane, width, with_load,
+    )  # fmt: skip
+    return s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential, posed[1]
+
+
+@device
+def evaluate(y, coef, lane, width, with_load):
+    """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V, q) of one lane."""
+    return _from_pose(y, _pose(y, coef, lane, width), coef, lane, width, with_load)
+
+
+@device
+def _advance(found, y, coef, h, k, first, lane, width):
+    _, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = found
     turn = h * d
     k[first + lane] = -turn * y[width + lane]
     k[first + width + lane] = turn * y[lane]
@@ -51,6 +60,37 @@ def advance(y, coef, h, k, first, lane, width, with_load):
     k[first + 3 * width + lane] = h * rate_d
     r = coef[slope_symmetric.R * width + lane]
     return n_d, n_e, r * r * q, kinetic, potential, 0.0
+
+
+@device
+def advance(y, coef, h, k, first, lane, width, with_load):
+    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
+    return _advance(evaluate(y, coef, lane, width, with_load), y, coef, h, k, first, lane, width)
+
+
+@device
+def begin(y, held, coef, lane, width, with_load):
+    """The first part of a right-hand side: what the pose determines."""
+    slope_symmetric.hold(_pose(y, coef, lane, width), held, STATE * width + lane, width)
+
+
+@device
+def finish(y, held, coef, h, k, first, lane, width, with_load):
+    """The last, as :func:`advance`."""
+    posed = slope_symmetric.held_pose(held, STATE * width + lane, width)
+    return _advance(_from_pose(y, posed, coef, lane, width, with_load), y, coef, h, k, first, lane, width)
+
+
+@device
+def sense(y, held, coef, lane, width, with_load):
+    """N_D, N_E, |w|^2 in place of the last part."""
+    posed = slope_symmetric.held_pose(held, STATE * width + lane, width)
+    _, _, _, _, n_d, n_e, _, _, _, _, q = _from_pose(y, posed, coef, lane, width, with_load)
+    r = coef[slope_symmetric.R * width + lane]
+    return n_d, n_e, r * r * q
+
+
+HELD, PARTS = slope_symmetric.HELD, (begin, finish)
 
 
 @device

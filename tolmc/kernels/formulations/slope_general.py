@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 
 from tolmc.kernels import parameters as P
+from tolmc.kernels.formulations import slope_symmetric
 from tolmc.kernels.jit import device
 
 STATE = 9  # D_x, D_y, E_x, E_y, a, b, cos chi, sin chi, Omega
@@ -75,11 +76,23 @@ def _cross(ax, ay, az, bx, by, bz):
 
 
 @device
-def evaluate(y, coef, lane, width, with_load):
-    """(a', b', Omega', chi', N_D, N_E, lambda_D, lambda_E, |w|^2, T, V, power, momentum about Z, that of a unit turn).
+def _pose(y, coef, lane, width):
+    """|w|^2, 1/(L^2 + |w|^2), its root and 1/(1 + e_z)."""
+    u, v, length = (
+        0.5 * (y[lane] - y[2 * width + lane]),
+        0.5 * (y[width + lane] - y[3 * width + lane]),
+        coef[_L * width + lane],
+    )
+    w2 = u * u + v * v
+    inverse2 = 1.0 / (length * length + w2)
+    inverse = math.sqrt(inverse2)
+    return w2, inverse2, inverse, 1.0 / (1.0 + length * inverse)
 
-    Of one lane, SI units. A unit turn about Z has the speeds a = b = 1, Omega = e_z.
-    """
+
+@device
+def _from_pose(y, posed, coef, lane, width, with_load):
+    """What :func:`evaluate` returns, from what the pose determines."""
+    w2, inverse2, inverse, fold = posed
     dx, dy, ex, ey = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     a, b = y[4 * width + lane], y[5 * width + lane]
     cos_chi, sin_chi, spin = y[6 * width + lane], y[7 * width + lane], y[8 * width + lane]
@@ -89,11 +102,7 @@ def evaluate(y, coef, lane, width, with_load):
     jxy, jxz, jyz = coef[_JXY * width + lane], coef[_JXZ * width + lane], coef[_JYZ * width + lane]
 
     u, v = 0.5 * (dx - ex), 0.5 * (dy - ey)
-    w2 = u * u + v * v
-    inverse2 = 1.0 / (length * length + w2)
-    inverse = math.sqrt(inverse2)
     axis_x, axis_y, axis_z = u * inverse, v * inverse, length * inverse
-    fold = 1.0 / (1.0 + axis_z)
     # Frame of the smallest rotation from Z to e, turned by chi: rows of b1, b2 in fixed axes.
     f1x, f1y, f1z = 1.0 - axis_x * axis_x * fold, -axis_x * axis_y * fold, -axis_x
     f2x, f2y, f2z = f1y, 1.0 - axis_y * axis_y * fold, -axis_y
@@ -235,10 +244,25 @@ def evaluate(y, coef, lane, width, with_load):
 
 
 @device
-def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque."""
-    a_rate, b_rate, spin_rate, chi_rate, n_d, n_e, _, _, w2, kinetic, potential, power, _, _ = evaluate(
-        y, coef, lane, width, with_load
+def evaluate(y, coef, lane, width, with_load):
+    """(a', b', Omega', chi', N_D, N_E, lambda_D, lambda_E, |w|^2, T, V, power, momentum about Z, that of a unit turn).
+
+    Of one lane, SI units. A unit turn about Z has the speeds a = b = 1, Omega = e_z.
+    """
+    return _from_pose(y, _pose(y, coef, lane, width), coef, lane, width, with_load)
+
+
+@device
+def begin(y, held, coef, lane, width, with_load):
+    """The first part of a right-hand side: what the pose determines."""
+    slope_symmetric.hold(_pose(y, coef, lane, width), held, STATE * width + lane, width)
+
+
+@device
+def finish(y, held, coef, h, k, first, lane, width, with_load):
+    """The last: h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque."""
+    a_rate, b_rate, spin_rate, chi_rate, n_d, n_e, _, _, w2, kinetic, potential, power, _, _ = _from_pose(
+        y, slope_symmetric.held_pose(held, STATE * width + lane, width), coef, lane, width, with_load
     )
     a, b = h * y[4 * width + lane], h * y[5 * width + lane]
     k[first + lane] = -a * y[width + lane]
@@ -251,6 +275,18 @@ def advance(y, coef, h, k, first, lane, width, with_load):
     k[first + 7 * width + lane] = h * chi_rate * y[6 * width + lane]
     k[first + 8 * width + lane] = h * spin_rate
     return n_d, n_e, w2, kinetic, potential, power
+
+
+@device
+def sense(y, held, coef, lane, width, with_load):
+    """N_D, N_E, |w|^2 in place of the last part."""
+    _, _, _, _, n_d, n_e, _, _, w2, _, _, _, _, _ = _from_pose(
+        y, slope_symmetric.held_pose(held, STATE * width + lane, width), coef, lane, width, with_load
+    )
+    return n_d, n_e, w2
+
+
+HELD, PARTS = 4, (begin, finish)
 
 
 @device

@@ -33,6 +33,9 @@ RUBS = True
 # speed over r, r/L, and 1/(B - Z^2).
 _ROUND, _GYRO, _SPUN, _HELD, _MU, _SLIP, _KAPPA_1, _INVERSE_B = range(plain.COEFFICIENTS, COEFFICIENTS)
 
+# What the parts of a right-hand side hold for the next, in rows after the state's: of the pose, of the speeds, of the forces.
+_POSE, _NORMAL, _SLIDE, _PRESS, HELD = STATE, STATE + 4, STATE + 5, STATE + 16, 22
+
 _LEAST = 1e-36  # least square that has an inverse root in single precision: of a slip of 1e-18 r a second
 
 
@@ -82,16 +85,24 @@ def pressed(p, q, k1, coef, lane, width):
 
 
 @device
-def evaluate(y, coef, lane, width, with_load):
-    """All that is known of one lane.
+def pose(y, coef, lane, width):
+    """What the pose alone determines, and 1/q'."""
+    posed = plain.pose(y, coef, lane, width)
+    q = posed[1]
+    return posed, inverse_root(1.0 + coef[plain.KAPPA * width + lane] * q * q)
 
-    (s, d, P_s', P_d', friction's force around the axis over m r, N_D, N_E, T, V, q) with T, V over m r^2; (|v_D|^2, |v_E|^2,
-    the power of friction over m r^2); (p, k1 and the elements of K).
+
+@device
+def slide(y, posed, inverse_normal, coef, lane, width, with_load):
+    """What the speeds determine, and the normal forces over both slip speeds, times det K.
+
+    (s, d, P_s' and P_d' without friction, v_D and v_E along the axis and around it, near, further, around); (sqrt(|v|^2 +
+    slip^2) at D and E, the unknowns, 1/det K, q'/2); (T, V over m r^2, k1, the elements of K).
     """
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     turn = y[SPIN * width + lane]
     fx, fy = coef[plain.FX * width + lane], coef[plain.FY * width + lane]
-    p, q, h = ox * ox + oy * oy, wx * wx + wy * wy, ox * wy - oy * wx
+    p, q, h, _ = posed
     kappa, kappa_1, round_ = (
         coef[plain.KAPPA * width + lane],
         coef[_KAPPA_1 * width + lane],
@@ -99,14 +110,12 @@ def evaluate(y, coef, lane, width, with_load):
     )
     kq = kappa * q
     s, d, rate_s, rate_d, v_s, v_d, total, difference, kinetic, potential, elements = plain.reduced(
-        p, q, h, y[4 * width + lane], y[5 * width + lane], coef[_GYRO * width + lane] * turn, True,
+        posed, y[4 * width + lane], y[5 * width + lane], coef[_GYRO * width + lane] * turn, True,
         fx * ox + fy * oy, fx * wx + fy * wy, fy * ox - fx * oy, fy * wx - fx * wy,
         ox, wx, oy, wy, coef, lane, width, with_load,
     )  # fmt: skip
     n, iy, a11_q, bow, a11, a22, a12, inverse = elements
-    normal2 = 1.0 + kq * q
-    inverse_normal = inverse_root(normal2)
-    normal = normal2 * inverse_normal
+    normal = (1.0 + kq * q) * inverse_normal
     rho, kn, nh = round_ * inverse_normal, kappa_1 * n, n * h
     e, over = kn * h, nh * inverse_normal
     further, around, half = e * rho, n * normal, 0.5 * normal
@@ -115,12 +124,8 @@ def evaluate(y, coef, lane, width, with_load):
     ve_d, ve_e = by_s - by_d, -(by_s + by_d)
     by_s, by_d = -around * s - turn, around * d
     vb_d, vb_e = by_s - by_d, by_s + by_d
-    v2_d, v2_e = ve_d * ve_d + vb_d * vb_d, ve_e * ve_e + vb_e * vb_e
-    # Friction per unit N, along the axis and around it, times half of the normal's length. By roots and divisions, four more of
-    # each, a stage would wait for the one unit that has them.
-    slip, size = coef[_SLIP * width + lane], -coef[_MU * width + lane] * half
-    f_d, f_e = size * inverse_root(v2_d + slip), size * inverse_root(v2_e + slip)
-    fe_d, fb_d, fe_e, fb_e = f_d * ve_d, f_d * vb_d, f_e * ve_e, f_e * vb_e
+    slip, size = coef[_SLIP * width + lane], coef[_MU * width + lane] * half
+    swift_d, swift_e = math.sqrt(ve_d * ve_d + vb_d * vb_d + slip), math.sqrt(ve_e * ve_e + vb_e * vb_e + slip)
 
     # What generalised forces add to S + D and to S - D; with their parts along the radii (p + q = 1) what such friction does.
     hi, level, cross = h * inverse, 1.0 - iy, bow * a12
@@ -130,23 +135,118 @@ def evaluate(y, coef, lane, width, with_load):
     minus_s, minus_d = hi * (sum_s - gap_s), hi * (sum_d - gap_d)
     own, other, g = kn * (rho - q), kn * (q + rho * (q - p)), (kq + kq) * over
     up_s, up_d, down_s, down_d = plus_s * near, plus_d * further, minus_s * near, minus_d * further
-    k_dd = 1.0 + fe_d * (own + up_s - up_d) - fb_d * (around * (plus_s + plus_d) + g)
-    k_ed = fe_d * (other + down_s - down_d) - fb_d * (around * (minus_s + minus_d))
-    k_de = fe_e * (other - up_s - up_d) - fb_e * (around * (plus_s - plus_d))
-    k_ee = 1.0 + fe_e * (own - down_s - down_d) - fb_e * (around * (minus_s - minus_d) - g)
+    # With N over sqrt(|v|^2 + slip^2) for the unknowns no division stands between the speeds and K.
+    k_dd = swift_d - size * (ve_d * (own + up_s - up_d) - vb_d * (around * (plus_s + plus_d) + g))
+    k_ed = size * (vb_d * (around * (minus_s + minus_d)) - ve_d * (other + down_s - down_d))
+    k_de = size * (vb_e * (around * (plus_s - plus_d)) - ve_e * (other - up_s - up_d))
+    k_ee = swift_e - size * (ve_e * (own - down_s - down_d) - vb_e * (around * (minus_s - minus_d) - g))
     plus = total + difference + plus_s * v_s + plus_d * v_d
     minus = total - difference + minus_s * v_s + minus_d * v_d
-    per_k = -1.0 / (k_dd * k_ee - k_de * k_ed)
-    n_d, n_e = (k_ee * plus - k_de * minus) * per_k, (k_dd * minus - k_ed * plus) * per_k
-    e_d, e_e, b_d, b_e = n_d * fe_d, n_e * fe_e, n_d * fb_d, n_e * fb_e
-    pull, newton = b_d + b_e, 2.0 * coef[plain.HALF_FORCE * width + lane] * half
-    drag_s, drag_d = near * (e_d - e_e) - around * pull, around * (b_e - b_d) - further * (e_d + e_e)
-    loss = e_d * ve_d + b_d * vb_d + e_e * ve_e + b_e * vb_e
     return (
-        (s, d, rate_s + drag_s, rate_d + drag_d, pull, newton * n_d, newton * n_e, kinetic, potential, q),
-        (v2_d, v2_e, loss),
-        (p, coef[plain.Z * width + lane] * n, k_dd, k_de, k_ed, k_ee),
+        (s, d, rate_s, rate_d, ve_d, vb_d, ve_e, vb_e, near, further, around),
+        (swift_d, swift_e, k_de * minus - k_ee * plus, k_ed * plus - k_dd * minus, 1.0 / (k_dd * k_ee - k_de * k_ed), half),
+        (kinetic, potential, coef[plain.Z * width + lane] * n, k_dd, k_de, k_ed, k_ee),
     )  # fmt: skip
+
+
+@device
+def rub(sliding, pressing, coef, lane, width):
+    """What friction does: (P_s', P_d', its force around the axis over m r, N_D, N_E, |v_D|^2, |v_E|^2, its power over m r^2).
+
+    From what :func:`slide` has.
+    """
+    _, _, rate_s, rate_d, ve_d, vb_d, ve_e, vb_e, near, further, around = sliding
+    swift_d, swift_e, n_d, n_e, per_k, half = pressing
+    force, newton = -coef[_MU * width + lane] * half * per_k, 2.0 * coef[plain.HALF_FORCE * width + lane] * half * per_k
+    rub_d, rub_e = force * n_d, force * n_e
+    e_d, e_e, b_d, b_e = rub_d * ve_d, rub_e * ve_e, rub_d * vb_d, rub_e * vb_e
+    pull = b_d + b_e
+    v2_d, v2_e = ve_d * ve_d + vb_d * vb_d, ve_e * ve_e + vb_e * vb_e
+    return (
+        rate_s + near * (e_d - e_e) - around * pull, rate_d + around * (b_e - b_d) - further * (e_d + e_e), pull,
+        newton * n_d * swift_d, newton * n_e * swift_e, v2_d, v2_e, rub_d * v2_d + rub_e * v2_e,
+    )  # fmt: skip
+
+
+@device
+def begin(y, held, coef, lane, width, with_load):
+    """The first part of a right-hand side: what the pose determines."""
+    posed, inverse_normal = pose(y, coef, lane, width)
+    plain.hold(posed, held, _POSE * width + lane, width)
+    held[_NORMAL * width + lane] = inverse_normal
+
+
+@device
+def go_on(y, held, coef, lane, width, with_load):
+    """The second: what the speeds determine; returns what :func:`slide` has besides."""
+    posed = plain.held_pose(held, _POSE * width + lane, width)
+    sliding, pressing, besides = slide(y, posed, held[_NORMAL * width + lane], coef, lane, width, with_load)
+    at = _SLIDE * width + lane
+    (
+        held[at], held[at + width], held[at + 2 * width], held[at + 3 * width], held[at + 4 * width], held[at + 5 * width],
+        held[at + 6 * width], held[at + 7 * width], held[at + 8 * width], held[at + 9 * width], held[at + 10 * width],
+    ) = sliding  # fmt: skip
+    at = _PRESS * width + lane
+    (
+        held[at], held[at + width], held[at + 2 * width], held[at + 3 * width], held[at + 4 * width], held[at + 5 * width]
+    ) = pressing  # fmt: skip
+    return besides
+
+
+@device
+def _rub(held, coef, lane, width):
+    at = _SLIDE * width + lane
+    sliding = (
+        held[at], held[at + width], held[at + 2 * width], held[at + 3 * width], held[at + 4 * width], held[at + 5 * width],
+        held[at + 6 * width], held[at + 7 * width], held[at + 8 * width], held[at + 9 * width], held[at + 10 * width],
+    )  # fmt: skip
+    at = _PRESS * width + lane
+    pressing = (
+        held[at], held[at + width], held[at + 2 * width], held[at + 3 * width], held[at + 4 * width], held[at + 5 * width]
+    )  # fmt: skip
+    return rub(sliding, pressing, coef, lane, width)
+
+
+@device
+def finish(y, held, coef, h, k, first, lane, width, with_load):
+    """The last: h y' into ``k[first:]``; returns N_D, N_E, the slip powers, the heat, friction's moment about the axis and s.
+
+    Slip powers N |v|, heat and moment are in the units of :func:`units`: the sums over a step take them once.
+    """
+    rate_s, rate_d, pull, n_d, n_e, v2_d, v2_e, loss = _rub(held, coef, lane, width)
+    s, d = held[_SLIDE * width + lane], held[(_SLIDE + 1) * width + lane]
+    ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+    plain.turn(k, first, 0.5 * h * (s + d), 0.5 * h * (s - d), ox, oy, wx, wy, lane, width)
+    k[first + 4 * width + lane] = h * rate_s
+    k[first + 5 * width + lane] = h * rate_d
+    k[first + SPIN * width + lane] = h * (coef[_SPUN * width + lane] * pull)
+    return n_d, n_e, n_d * math.sqrt(v2_d), n_e * math.sqrt(v2_e), -loss, -pull, s
+
+
+@device
+def sense(y, held, coef, lane, width, with_load):
+    """N_D, N_E, |w|^2 and friction's moment about the axis in place of the last part."""
+    _, _, pull, n_d, n_e, _, _, _ = _rub(held, coef, lane, width)
+    q, r = held[(_POSE + 1) * width + lane], coef[plain.R * width + lane]
+    return n_d, n_e, r * r * q, -coef[plain.ENERGY * width + lane] * coef[_ROUND * width + lane] * pull
+
+
+PARTS = begin, go_on, finish
+
+
+@device
+def at_end(held, besides, y, coef, lane, width):
+    """|w|^2, T, V, by how much the slower contact exceeds the slip speed, and the margin by which the forces are determined."""
+    kinetic, potential, k1, k_dd, k_de, k_ed, k_ee = besides
+    kinetic, potential = energies(kinetic, potential, y[SPIN * width + lane], coef, lane, width)
+    p, q, r = held[_POSE * width + lane], held[(_POSE + 1) * width + lane], coef[plain.R * width + lane]
+    at = (_SLIDE + 4) * width + lane
+    ve_d, vb_d, ve_e, vb_e = held[at], held[at + width], held[at + 2 * width], held[at + 3 * width]
+    slow = math.sqrt(min(ve_d * ve_d + vb_d * vb_d, ve_e * ve_e + vb_e * vb_e)) - math.sqrt(coef[_SLIP * width + lane])
+    a_dd, a_ee, a_de = pressed(p, q, k1, coef, lane, width)
+    margin = min(a_dd * k_dd + a_de * k_ed, a_de * k_de + a_ee * k_ee)
+    margin = min(margin, (a_dd * a_ee - a_de * a_de) * (k_dd * k_ee - k_de * k_ed))
+    return r * r * q, kinetic, potential, slow, margin
 
 
 @device
@@ -159,35 +259,6 @@ def energies(kinetic, potential, turn, coef, lane, width):
 
 
 @device
-def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V, and what rubs.
-
-    That is: the slip powers N |v| at both ends, the heat, friction's moment about the axis, s, the margin by which the
-    slower contact is faster than the slip speed, and the one by which the forces are determined. Slip powers, heat and moment
-    are in the units of :func:`units`: the sums over a step take them once.
-    """
-    motion_, rub, press = evaluate(y, coef, lane, width, with_load)
-    s, d, rate_s, rate_d, pull, n_d, n_e, kinetic, potential, q = motion_
-    v2_d, v2_e, loss = rub
-    ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
-    plain.turn(k, first, 0.5 * h * (s + d), 0.5 * h * (s - d), ox, oy, wx, wy, lane, width)
-    k[first + 4 * width + lane] = h * rate_s
-    k[first + 5 * width + lane] = h * rate_d
-    k[first + SPIN * width + lane] = h * (coef[_SPUN * width + lane] * pull)
-    r, turn = coef[plain.R * width + lane], y[SPIN * width + lane]
-    kinetic, potential = energies(kinetic, potential, turn, coef, lane, width)
-    slow = math.sqrt(min(v2_d, v2_e)) - math.sqrt(coef[_SLIP * width + lane])
-    p, k1, k_dd, k_de, k_ed, k_ee = press
-    a_dd, a_ee, a_de = pressed(p, q, k1, coef, lane, width)
-    margin = min(a_dd * k_dd + a_de * k_ed, a_de * k_de + a_ee * k_ee)
-    margin = min(margin, (a_dd * a_ee - a_de * a_de) * (k_dd * k_ee - k_de * k_ed))
-    return (
-        n_d, n_e, r * r * q, kinetic, potential,
-        n_d * math.sqrt(v2_d), n_e * math.sqrt(v2_e), -loss, -pull, s, slow, margin,
-    )  # fmt: skip
-
-
-@device
 def units(coef, lane, width):
     """Of one lane the units of powers (m r^2), slip powers (r) and moments (m r r*); and -Omega where a drive holds it."""
     joule = coef[plain.ENERGY * width + lane]
@@ -197,15 +268,6 @@ def units(coef, lane, width):
         joule * coef[_ROUND * width + lane],
         coef[_HELD * width + lane],
     )
-
-
-@device
-def sense(y, coef, lane, width, with_load):
-    """N_D, N_E, |w|^2 and friction's moment about the axis."""
-    motion_, _, _ = evaluate(y, coef, lane, width, with_load)
-    _, _, _, _, pull, n_d, n_e, _, _, q = motion_
-    r = coef[plain.R * width + lane]
-    return n_d, n_e, r * r * q, -coef[plain.ENERGY * width + lane] * coef[_ROUND * width + lane] * pull
 
 
 project = plain.project
@@ -235,10 +297,11 @@ def motion(y, coef, lane, width):
 @device
 def observe(y, coef, lane, width, with_load):
     """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of one lane, SI units, in the axes of the scene."""
-    motion_, _, _ = evaluate(y, coef, lane, width, with_load)
-    _, _, _, _, _, n_d, n_e, kinetic, potential, q = motion_
-    kinetic, potential = energies(kinetic, potential, y[SPIN * width + lane], coef, lane, width)
-    r = coef[plain.R * width + lane]
+    posed, inverse_normal = pose(y, coef, lane, width)
+    sliding, pressing, besides = slide(y, posed, inverse_normal, coef, lane, width, with_load)
+    _, _, _, n_d, n_e, _, _, _ = rub(sliding, pressing, coef, lane, width)
+    q, r = posed[1], coef[plain.R * width + lane]
+    kinetic, potential = energies(besides[0], besides[1], y[SPIN * width + lane], coef, lane, width)
     per_normal = -1.0 / math.sqrt(1.0 + coef[plain.KAPPA * width + lane] * q * q)
     cos_t, sin_t = r * coef[plain.COS * width + lane], r * coef[plain.SIN * width + lane]
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]

@@ -99,9 +99,7 @@ def momenta(raw, i, cos_d, sin_d, coef, lane, width):
 
 @device
 def reduced(
-    p,
-    q,
-    h,
+    posed,
     momentum_s,
     momentum_d,
     gamma,
@@ -119,7 +117,7 @@ def reduced(
     width,
     with_load,
 ):
-    """The equations without friction, from the invariants p, q, h of a pose, the momenta and Gamma.
+    """The equations without friction, from what :func:`of_pose` has, the momenta and Gamma.
 
     (s, d, P_s', P_d', v_s, v_d, S_0, D_0, T, V): s' = (a22 v_s - a12 v_d)/det and d' = (a11 v_d - a12 v_s)/det; with S, D =
     (lambda_D +- lambda_E)/(m r), the residuals of the equations of motion along the radii,
@@ -133,8 +131,8 @@ def reduced(
     the inverse of their determinant. The forces enter by f.o, f.w and the turned f.Jo, f.Jw with f = F/(m r); the pose itself
     only by its products with G_x; without ``transverse`` load both play no part. What a caller does not use is not computed.
     """
+    p, q, h, y = posed
     inertia, z = coef[B * width + lane], coef[Z * width + lane]
-    y = 1.0 / (1.0 + coef[KAPPA * width + lane] * q)
     n = math.sqrt(y)
     py, ny, zn = p * y, n * y, z * n
     iy = inertia * y
@@ -184,16 +182,17 @@ def reduced(
 
 @device
 def dynamics(
-    p, q, h, momentum_s, momentum_d, transverse, f_o, f_w, jf_o, jf_w, ox, wx, oy, wy, coef, lane, width, with_load
+    posed, momentum_s, momentum_d, transverse, f_o, f_w, jf_o, jf_w, ox, wx, oy, wy, coef, lane, width, with_load
 ):
     """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V), SI units, from what :func:`reduced` takes.
 
     N = -lambda sqrt(1 + kappa q^2), the same factor at both ends because D.e_h = -E.e_h.
     """
     s, d, rate_s, rate_d, v_s, v_d, total, difference, kinetic, potential, elements = reduced(
-        p, q, h, momentum_s, momentum_d, coef[GAMMA * width + lane], transverse,
+        posed, momentum_s, momentum_d, coef[GAMMA * width + lane], transverse,
         f_o, f_w, jf_o, jf_w, ox, wx, oy, wy, coef, lane, width, with_load,
     )  # fmt: skip
+    _, q, h, _ = posed
     _, iy, a11_q, bow, a11, a22, a12, inverse = elements
     s_rate, d_rate, hi = v_s * a22 - v_d * a12, v_d * a11 - v_s * a12, h * inverse
     total += hi * (d_rate * a11_q - bow * s_rate)
@@ -209,17 +208,47 @@ def dynamics(
 
 
 @device
-def evaluate(y, coef, lane, width, with_load):
-    """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V, q) of one lane."""
+def of_pose(p, q, h, coef, lane, width):
+    """What a pose determines: p, q, h, y."""
+    return p, q, h, 1.0 / (1.0 + coef[KAPPA * width + lane] * q)
+
+
+@device
+def pose(y, coef, lane, width):
+    """What the pose of one lane determines."""
+    ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+    return of_pose(ox * ox + oy * oy, wx * wx + wy * wy, ox * wy - oy * wx, coef, lane, width)
+
+
+@device
+def hold(posed, held, at, width):
+    """What a pose determines, to rows from ``at`` on."""
+    held[at], held[at + width], held[at + 2 * width], held[at + 3 * width] = posed
+
+
+@device
+def held_pose(held, at, width):
+    """The same again."""
+    return held[at], held[at + width], held[at + 2 * width], held[at + 3 * width]
+
+
+@device
+def from_pose(y, posed, coef, lane, width, with_load):
+    """What :func:`evaluate` returns, from what :func:`pose` has."""
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     fx, fy = coef[FX * width + lane], coef[FY * width + lane]
-    q = wx * wx + wy * wy
     s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential = dynamics(
-        ox * ox + oy * oy, q, ox * wy - oy * wx, y[4 * width + lane], y[5 * width + lane], True,
+        posed, y[4 * width + lane], y[5 * width + lane], True,
         fx * ox + fy * oy, fx * wx + fy * wy, fy * ox - fx * oy, fy * wx - fx * wy,
         ox, wx, oy, wy, coef, lane, width, with_load,
     )  # fmt: skip
-    return s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential, q
+    return s, d, rate_s, rate_d, n_d, n_e, lambda_d, lambda_e, kinetic, potential, posed[1]
+
+
+@device
+def evaluate(y, coef, lane, width, with_load):
+    """(s, d, P_s', P_d', N_D, N_E, lambda_D, lambda_E, T, V, q) of one lane."""
+    return from_pose(y, pose(y, coef, lane, width), coef, lane, width, with_load)
 
 
 @device
@@ -234,15 +263,46 @@ def turn(k, first, half_d, half_e, ox, oy, wx, wy, lane, width):
 
 
 @device
-def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
-    s, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = evaluate(y, coef, lane, width, with_load)
+def _advance(found, y, coef, h, k, first, lane, width):
+    s, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = found
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     turn(k, first, 0.5 * h * (s + d), 0.5 * h * (s - d), ox, oy, wx, wy, lane, width)
     k[first + 4 * width + lane] = h * rate_s
     k[first + 5 * width + lane] = h * rate_d
     r = coef[R * width + lane]
     return n_d, n_e, r * r * q, kinetic, potential, 0.0
+
+
+@device
+def advance(y, coef, h, k, first, lane, width, with_load):
+    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
+    return _advance(evaluate(y, coef, lane, width, with_load), y, coef, h, k, first, lane, width)
+
+
+@device
+def begin(y, held, coef, lane, width, with_load):
+    """The first part of :func:`advance`: what the pose determines."""
+    hold(pose(y, coef, lane, width), held, STATE * width + lane, width)
+
+
+@device
+def finish(y, held, coef, h, k, first, lane, width, with_load):
+    """The last part of :func:`advance`."""
+    found = from_pose(y, held_pose(held, STATE * width + lane, width), coef, lane, width, with_load)
+    return _advance(found, y, coef, h, k, first, lane, width)
+
+
+@device
+def sense(y, held, coef, lane, width, with_load):
+    """N_D, N_E, |w|^2 in place of the last part."""
+    _, _, _, _, n_d, n_e, _, _, _, _, q = from_pose(
+        y, held_pose(held, STATE * width + lane, width), coef, lane, width, with_load
+    )
+    r = coef[R * width + lane]
+    return n_d, n_e, r * r * q
+
+
+HELD, PARTS = 4, (begin, finish)
 
 
 @device

@@ -27,13 +27,12 @@ _FARTHEST = 0.66  # change of the direction's tangent in one iteration
 
 FAR = 0.8
 UNIT = True
-GLIMPSED = False
 
 
 @device
-def size(raw, lane, width):
+def size(raw, i):
     """c, m."""
-    return raw[P.BEARING_RADIUS * width + lane] - raw[P.JOURNAL_RADIUS * width + lane]
+    return raw[P.BEARING_RADIUS, i] - raw[P.JOURNAL_RADIUS, i]
 
 
 @device

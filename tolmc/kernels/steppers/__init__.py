@@ -7,7 +7,7 @@ from ``y`` to ``end``, projected; ``see(y, coef, h, seen, work)`` looks at ``y``
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -74,56 +74,75 @@ class Rows:
     def of(cls, equations: ModuleType, tableau: Tableau, layout: Layout) -> Rows:
         """Rows of one stepper."""
         increments = tableau.stages * equations.STATE
-        argument = layout.block(equations.STATE)
+        argument = layout.block(equations.STATE + equations.HELD)
         return cls(argument, layout.block(increments + SUMS + (RUBBING if equations.RUBS else 0)), increments)
 
 
-def adder(equations: ModuleType, forces: bool, *, begins: bool, is_last: bool) -> Callable:
-    """Function ``add(found, k, row, weight, lane)``: what a right-hand side has found of one lane, to the sums from ``row`` on.
+def adder(equations: ModuleType, forces: bool) -> Callable:
+    """Function ``add(found, sums, weight, lane)``: what a right-hand side has found of one lane, to the sums over the stages.
 
-    ``begins``: there is nothing yet to add to; ``is_last``: the forces are those of the last stage.
+    Of the last stage the forces themselves stay in place.
     """
     torque, rubs = equations.TORQUE, equations.RUBS
 
     @device
-    def put(k, at, value):
-        k[at] = value if begins else k[at] + value
-
-    @device
-    def add_forces(n_d, n_e, k, row, weight, lane):
+    def add_forces(n_d, n_e, sums, weight, lane):
         d, e = weight * n_d, weight * n_e
-        put(k, row + lane, d)
-        put(k, row + WIDTH + lane, d * n_d)
-        put(k, row + 2 * WIDTH + lane, e)
-        put(k, row + 3 * WIDTH + lane, e * n_e)
-        if is_last:
-            k[row + (LATE_D - SUM_D) * WIDTH + lane], k[row + (LATE_E - SUM_D) * WIDTH + lane] = n_d, n_e
+        sums[lane] += d
+        sums[WIDTH + lane] += d * n_d
+        sums[2 * WIDTH + lane] += e
+        sums[3 * WIDTH + lane] += e * n_e
+        sums[(LATE_D - SUM_D) * WIDTH + lane], sums[(LATE_E - SUM_D) * WIDTH + lane] = n_d, n_e
 
     if rubs:
 
         @device
-        def add(found, k, row, weight, lane):
-            n_d, n_e, _, _, _, slip_d, slip_e, heat, moment, s, _, _ = found
-            add_forces(n_d, n_e, k, row, weight, lane)
-            first, turned = row + SUMS * WIDTH + lane, weight * moment
-            put(k, first, weight * slip_d)
-            put(k, first + WIDTH, weight * slip_e)
-            put(k, first + 2 * WIDTH, weight * heat)
-            put(k, first + 3 * WIDTH, turned)
-            put(k, first + 4 * WIDTH, turned if moment > 0.0 else -turned)
-            put(k, first + 5 * WIDTH, weight * s)
+        def add(found, sums, weight, lane):
+            n_d, n_e, slip_d, slip_e, heat, moment, s = found
+            add_forces(n_d, n_e, sums, weight, lane)
+            first, turned = SUMS * WIDTH + lane, weight * moment
+            sums[first] += weight * slip_d
+            sums[first + WIDTH] += weight * slip_e
+            sums[first + 2 * WIDTH] += weight * heat
+            sums[first + 3 * WIDTH] += turned
+            sums[first + 4 * WIDTH] += turned if moment > 0.0 else -turned
+            sums[first + 5 * WIDTH] += weight * s
 
     else:
 
         @device
-        def add(found, k, row, weight, lane):
+        def add(found, sums, weight, lane):
             n_d, n_e, _, _, _, power = found
             if forces:
-                add_forces(n_d, n_e, k, row, weight, lane)
+                add_forces(n_d, n_e, sums, weight, lane)
             if torque:
-                put(k, row + (WORK - SUM_D) * WIDTH + lane, weight * power)
+                sums[(WORK - SUM_D) * WIDTH + lane] += weight * power
 
     return add
+
+
+def loops(parts: Sequence[Callable], load: bool) -> Callable:
+    """Function ``run(y, held, coef)``: parts of a right-hand side, each in a loop over the lanes of its own.
+
+    A processor looks some hundred operations ahead. In a longer loop it does not see from one group of lanes to the next, and
+    waits wherever a root or a division stands in the way; so parts end with these, and the next begins with what is known.
+    """
+    if not parts:
+
+        @inlined
+        def nothing(y, held, coef):
+            pass
+
+        return nothing
+    part, others = parts[0], loops(parts[1:], load)
+
+    @inlined
+    def run(y, held, coef):
+        for lane in range(WIDTH):
+            part(y, held, coef, lane, WIDTH, load)
+        others(y, held, coef)
+
+    return run
 
 
 def looker(equations: ModuleType, load: bool) -> Callable:
@@ -133,21 +152,24 @@ def looker(equations: ModuleType, load: bool) -> Callable:
     """
     if equations.RUBS:
         return _rubbing_looker(equations, load)
-    state, advance, observe, torque = equations.STATE, equations.advance, equations.observe, equations.TORQUE
+    state, prepare, finish = equations.STATE, loops(equations.PARTS[:-1], load), equations.PARTS[-1]
+    sense, torque = equations.sense, equations.TORQUE
 
     # Loops by themselves: with more arrays in one, LLVM's alias checks exceed their limit and the loop is scalar.
     @routine
     def look(y, coef, h, k, argument, seen):
+        prepare(y, argument, coef)
         for lane in range(WIDTH):
-            n_d, n_e, w2, kinetic, potential, power = advance(y, coef, h[lane], k, 0, lane, WIDTH, load)
+            n_d, n_e, w2, kinetic, potential, power = finish(y, argument, coef, h[lane], k, 0, lane, WIDTH, load)
             seen[N_D * WIDTH + lane], seen[N_E * WIDTH + lane], seen[W2 * WIDTH + lane] = n_d, n_e, w2
             seen[KINETIC * WIDTH + lane], seen[ENERGY * WIDTH + lane] = kinetic, kinetic + potential
             if torque:
                 seen[WORK * WIDTH + lane] = power
         for m in range(state * WIDTH):
             argument[m] = y[m] + NUDGE * k[m]
+        prepare(argument, argument, coef)
         for lane in range(WIDTH):
-            _, _, _, _, n_d, n_e, _, _, _, _, w2 = observe(argument, coef, lane, WIDTH, load)
+            n_d, n_e, w2 = sense(argument, argument, coef, lane, WIDTH, load)
             seen[RATE_D * WIDTH + lane] = (n_d - seen[N_D * WIDTH + lane]) / NUDGE
             seen[RATE_E * WIDTH + lane] = (n_e - seen[N_E * WIDTH + lane]) / NUDGE
             seen[RATE_W2 * WIDTH + lane] = (w2 - seen[W2 * WIDTH + lane]) / NUDGE
@@ -157,25 +179,31 @@ def looker(equations: ModuleType, load: bool) -> Callable:
 
 def _rubbing_looker(equations: ModuleType, load: bool) -> Callable:
     """The same with what rubs: its powers stand at first where their integrals over the step will."""
-    state, advance, sense, units = equations.STATE, equations.advance, equations.sense, equations.units
+    state, (begin, go_on, finish), prepare = equations.STATE, equations.PARTS, loops(equations.PARTS[:-1], load)
+    at_end, sense, units = equations.at_end, equations.sense, equations.units
 
     @routine
     def look(y, coef, h, k, argument, seen):
         for lane in range(WIDTH):
+            begin(y, argument, coef, lane, WIDTH, load)
+        for lane in range(WIDTH):
+            besides = go_on(y, argument, coef, lane, WIDTH, load)
+            w2, kinetic, potential, slow, margin = at_end(argument, besides, y, coef, lane, WIDTH)
+            seen[W2 * WIDTH + lane], seen[KINETIC * WIDTH + lane] = w2, kinetic
+            seen[ENERGY * WIDTH + lane] = kinetic + potential
+            seen[SLOW * WIDTH + lane], seen[MARGIN * WIDTH + lane] = slow, margin
+        for lane in range(WIDTH):
             watt, slip, turn, _ = units(coef, lane, WIDTH)
-            n_d, n_e, w2, kinetic, potential, slip_d, slip_e, heat, moment, s, slow, margin = advance(
-                y, coef, h[lane], k, 0, lane, WIDTH, load
-            )
-            seen[N_D * WIDTH + lane], seen[N_E * WIDTH + lane], seen[W2 * WIDTH + lane] = n_d, n_e, w2
-            seen[KINETIC * WIDTH + lane], seen[ENERGY * WIDTH + lane] = kinetic, kinetic + potential
+            n_d, n_e, slip_d, slip_e, heat, moment, s = finish(y, argument, coef, h[lane], k, 0, lane, WIDTH, load)
+            seen[N_D * WIDTH + lane], seen[N_E * WIDTH + lane] = n_d, n_e
             seen[SLIP_D * WIDTH + lane], seen[SLIP_E * WIDTH + lane] = slip * slip_d, slip * slip_e
             seen[HEAT * WIDTH + lane], seen[TORQUE * WIDTH + lane] = watt * heat, turn * moment
             seen[SUM_S * WIDTH + lane] = s
-            seen[SLOW * WIDTH + lane], seen[MARGIN * WIDTH + lane] = slow, margin
         for m in range(state * WIDTH):
             argument[m] = y[m] + NUDGE * k[m]
+        prepare(argument, argument, coef)
         for lane in range(WIDTH):
-            n_d, n_e, w2, moment = sense(argument, coef, lane, WIDTH, load)
+            n_d, n_e, w2, moment = sense(argument, argument, coef, lane, WIDTH, load)
             seen[RATE_D * WIDTH + lane] = (n_d - seen[N_D * WIDTH + lane]) / NUDGE
             seen[RATE_E * WIDTH + lane] = (n_e - seen[N_E * WIDTH + lane]) / NUDGE
             seen[RATE_W2 * WIDTH + lane] = (w2 - seen[W2 * WIDTH + lane]) / NUDGE

@@ -1,48 +1,38 @@
-"""A step stage by stage, the equations compiled once: for those of any body, which are long, and for rk4."""
+"""A step stage by stage: a stage's argument, a sum over those before, is compiled for each, the right-hand side once.
+
+With the sums goes the first part of the right-hand side: they wait for memory, it for arithmetic, and so they overlap. Of
+equations that are short a stage without forces is one loop altogether: a step of a motion alone takes a tenth less.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from types import ModuleType
 
-from tolmc.kernels.jit import inlined, routine
+from tolmc.kernels.jit import device, inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout
-from tolmc.kernels.steppers import Rows, Stepper, adder, closing, integrals, looker
+from tolmc.kernels.steppers import Rows, Stepper, adder, closing, integrals, looker, loops
 from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 
 def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, layout: Layout) -> Stepper:
-    """Stepper by ``tableau`` for any equations."""
-    state, stages, weights = equations.STATE, tableau.stages, tableau.b
-    advance, torque, close = equations.advance, equations.TORQUE, closing(tableau, equations)
-    size, rows, start = state * WIDTH, Rows.of(equations, tableau, layout), 1 if forces else 0
-    argument_rows, k_rows, first = rows.argument, rows.k, rows.sums * WIDTH
-    add, stage_argument = adder(equations, forces, begins=False, is_last=True), _arguments(tableau, size)
+    """Stepper by ``tableau``."""
+    rows, close = Rows.of(equations, tableau, layout), closing(tableau, equations)
+    argument_rows, k_rows, sums = rows.argument, rows.k, rows.sums * WIDTH
     look, integrate = looker(equations, load), integrals(tableau, equations, forces, rows)
-
-    # On its own, for LLVM to see arrays and not parts of one: two written and three read, whose overlaps it checks.
-    @routine
-    def right_hand_sides(argument, coef, h, k, weight, sums):
-        for lane in range(WIDTH):
-            add(advance(argument, coef, h[lane], k, 0, lane, WIDTH, load), sums, 0, weight, lane)
-
-    @routine
-    def finish(y, end, coef, k, seen):
-        close(y, end, coef, k, seen)
-
-    @routine
-    def sum_up(h, coef, k, seen):
-        integrate(h, coef, k, seen)
+    is_summed = forces or equations.TORQUE
+    stages = _in_order(_stages(tableau, equations, load, forces, sums))
 
     @routine
     def through_stages(y, end, coef, h, k, argument, seen):
-        k[first:] = 0.0
-        for stage in range(start, stages):
-            stage_argument(stage, y, k, argument)
-            here = k[stage * size : (stage + 1) * size]
-            right_hand_sides(argument, coef, h, here, weights[stage], k[first:])
-        finish(y, end, coef, k, seen)
-        if forces or torque:
-            sum_up(h, coef, k, seen)
+        if is_summed:
+            k[sums:] = 0.0
+        stages(y, k, argument, coef, h)
+        close(y, end, coef, k, seen)
+
+    @routine
+    def finish(h, coef, k, seen):
+        integrate(h, coef, k, seen)
 
     @inlined
     def step(y, end, coef, h, seen, work):
@@ -50,6 +40,8 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
         if forces:
             look(y, coef, h, k, argument, seen)
         through_stages(y, end, coef, h, k, argument, seen)
+        if is_summed:
+            finish(h, coef, k, seen)
 
     @inlined
     def see(y, coef, h, seen, work):
@@ -58,33 +50,83 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     return Stepper(tableau, step, see)
 
 
-def _arguments(tableau: Tableau, size: int):
-    """Function of the argument of stage ``stage``, all lanes."""
+def _stages(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, sums: int) -> list[Callable]:
+    """The stages but the first, which with forces is a look."""
+    add = adder(equations, forces)
+    watched, alone = _rest(equations, load, add), _rest(equations, load, None)
 
-    def up_to(number: int):
-        here = _argument(tableau, number, size)
-        if number == tableau.stages - 1:
-            return here
-        later = up_to(number + 1)
+    def stage(number: int) -> Callable:
+        row, first = tableau.rows[number], number * equations.STATE * WIDTH
+        is_watched = (forces or equations.TORQUE) and number in tableau.weights
+        if hasattr(equations, "advance") and not is_watched:
+            return _at_once(equations, load, row, first)
+        return _in_parts(
+            equations, load, row, first, watched if is_watched else alone, tableau.weights.get(number, 0.0), sums
+        )
 
-        @inlined
-        def argument(stage, y, k, out):
-            if stage == number:
-                here(stage, y, k, out)
-            else:
-                later(stage, y, k, out)
-
-        return argument
-
-    return up_to(0)
+    return [stage(number) for number in range(1 if forces else 0, tableau.stages)]
 
 
-def _argument(tableau: Tableau, number: int, size: int):
-    at = weighted_sum(tableau.rows[number])
+def _at_once(equations: ModuleType, load: bool, row: dict[int, float], first: int) -> Callable:
+    """A stage in one loop."""
+    state, advance, argument_at = equations.STATE, equations.advance, weighted_sum(row)
+    size = state * WIDTH
 
+    @device
+    def stage(y, k, argument, coef, h):
+        for lane in range(WIDTH):
+            for c in range(state):
+                argument[c * WIDTH + lane] = argument_at(y, k, size, c * WIDTH + lane)
+            advance(argument, coef, h[lane], k, first, lane, WIDTH, load)
+
+    return stage
+
+
+def _in_parts(
+    equations: ModuleType, load: bool, row: dict[int, float], first: int, rest: Callable, weight: float, sums: int
+) -> Callable:
+    """A stage in as many loops as its right-hand side has parts."""
+    state, begin, argument_at = equations.STATE, equations.PARTS[0], weighted_sum(row)
+    size = state * WIDTH
+
+    @device
+    def stage(y, k, argument, coef, h):
+        for lane in range(WIDTH):
+            for c in range(state):
+                argument[c * WIDTH + lane] = argument_at(y, k, size, c * WIDTH + lane)
+            begin(argument, argument, coef, lane, WIDTH, load)
+        rest(argument, coef, h, k[first : first + size], weight, k[sums:])
+
+    return stage
+
+
+def _rest(equations: ModuleType, load: bool, add: Callable | None) -> Callable:
+    """Function of a stage's parts but the first, and what they add to the sums."""
+    _, *between, last = equations.PARTS
+    go_on, is_watched = loops(between, load), add is not None
+
+    # On its own, for LLVM to see arrays and not parts of one: two written and three read, whose overlaps it checks.
     @routine
-    def argument(stage, y, k, out):
-        for m in range(size):
-            out[m] = at(y, k, size, m)
+    def rest(argument, coef, h, k, weight, sums):
+        go_on(argument, argument, coef)
+        for lane in range(WIDTH):
+            found = last(argument, argument, coef, h[lane], k, 0, lane, WIDTH, load)
+            if is_watched:
+                add(found, sums, weight, lane)
 
-    return argument
+    return rest
+
+
+def _in_order(stages: Sequence[Callable]) -> Callable:
+    """One function that calls all stages."""
+    first, *others = stages
+    if not others:
+        return first
+    rest = _in_order(others)
+
+    @inlined
+    def in_order(y, k, argument, coef, h):
+        first(y, k, argument, coef, h)
+        rest(y, k, argument, coef, h)
+
+    return in_order
