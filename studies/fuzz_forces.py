@@ -32,11 +32,12 @@ GROUP = 64
 GIVEN, FINE = 1e-3, 16
 
 
-def simulated(scene: Scene, columns: dict[str, np.ndarray], steps: int, **options) -> pd.DataFrame:
-    """Statistics of every motion in so many steps."""
+def simulated(scene: Scene, columns: dict[str, np.ndarray], steps: int | None, **options) -> pd.DataFrame:
+    """Statistics of every motion in so many steps; None: as many as the pilot chooses."""
     rest = {name: column for name, column in columns.items() if name not in DIMENSIONS}
     dimensions = {name: columns[name] for name in DIMENSIONS}
-    return simulate_many(scene, **dimensions, parameters=rest, step=scene.duration / steps, **options)
+    step = None if steps is None else scene.duration / steps
+    return simulate_many(scene, **dimensions, parameters=rest, step=step, **options)
 
 
 def ensembles(rng: np.random.Generator, count: int, section: str) -> Iterator[tuple[str, Scene, dict, int]]:
@@ -91,9 +92,12 @@ def error(found: pd.DataFrame, true: pd.DataFrame, duration: float) -> np.ndarra
     return np.where(np.isfinite(worst), worst, np.inf)
 
 
-def compared(scene: Scene, columns: dict[str, np.ndarray], steps: int, allowed: float, **options) -> pd.DataFrame:
-    """A row a motion: its error, whether it has a good status, whether the finer steps agree, and what would be wrong."""
-    found = simulated(scene, columns, steps, **options)
+def compared(scene: Scene, columns: dict[str, np.ndarray], steps: int, allowed: float, given: bool) -> pd.DataFrame:
+    """A row a motion: its error, whether it has a good status, whether the finer steps agree, and what would be wrong.
+
+    ``given``: whether the steps are given; else they are the pilot's.
+    """
+    found = simulated(scene, columns, steps if given else None)
     true, check = (simulated(scene, columns, times * steps, accuracy=1.0) for times in (FINE, 11))
     frame = pd.DataFrame({"error": error(found, true, scene.duration), "status": found.status, "steps": steps})
     frame["good"] = found.status.isin(["ok", "contact lost"])
@@ -108,12 +112,12 @@ def run(motions: int, seed: int, section: str) -> pd.DataFrame:
     rng, frames = np.random.default_rng(seed), []
     found = ensembles(rng, motions, section)
     for number, (kind, scene, columns, steps) in enumerate(track(found, disable=not sys.stdout.isatty())):
-        frames.append(compared(scene, columns, steps, GIVEN).assign(kind=kind, chosen="given"))
+        frames.append(compared(scene, columns, steps, GIVEN, given=True).assign(kind=kind, chosen="given"))
         if number % 10 == 0:
             bounds = {name: (float(column.min()), float(column.max())) for name, column in columns.items()}
             plan = plan_integration(scene, bounds)
             if plan.unresolved == 0 and plan.steps < 2000:
-                frame = compared(scene, columns, plan.steps, 10 * plan.accuracy, accuracy=plan.accuracy)
+                frame = compared(scene, columns, plan.steps, 10 * plan.accuracy, given=False)
                 frames.append(frame.assign(kind=kind, chosen="by the pilot"))
     return pd.concat(frames, ignore_index=True)
 

@@ -402,7 +402,7 @@ def test_a_damaged_plan_is_refused(stopped, changes, complaint):
 
 @pytest.mark.parametrize("pilot_error", [1e-9, math.inf, math.nan])
 def test_a_plan_survives_its_record(tmp_path, study, pilot_error):
-    plan = replace(run(study).plan, pilot_error=pilot_error)
+    plan = replace(run(study).plan, pilot_error=pilot_error, growth=math.nan if math.isnan(pilot_error) else 3.5)
     with run_directory.create(tmp_path / "run", study, block=256, plan=monte_carlo._record_of(plan)):
         pass
 

@@ -1,5 +1,6 @@
 """What watches a sample: invariants as columns, statistics that must not contradict each other, a pilot that gives up."""
 
+import math
 import time
 import warnings
 from dataclasses import replace
@@ -157,6 +158,22 @@ def test_a_pilot_that_meets_no_accuracy_says_so():
     settled = plan_integration(scene, {"journal_radius": (0.0198, 0.01995)})
     assert settled.unresolved == 0
     assert not settled.halving
+
+
+def test_samples_are_judged_by_how_errors_grow_along_the_pilots_motions():
+    """What the roughest step leaves may add up along a motion; no sample as rough as the pilot's is refused for it."""
+    joints = {"bearing_radius": 0.02, "journal_radius": np.linspace(0.0098, 0.0102, 8), "half_length": 0.02}
+    plan = plan_integration(SYMMETRIC, {"journal_radius": (0.0098, 0.0102)})
+    assert plan.growth > 0.0
+    unknown, thrice = (
+        simulate_many(SYMMETRIC, **joints, plan=replace(plan, growth=growth)).step_error for growth in (math.nan, 3.0)
+    )
+    assert (unknown > 0.0).all()
+    np.testing.assert_allclose(thrice, unknown * (3.0 / 0.3), rtol=1e-12)
+    # An error of rounding tells nothing.
+    assert pilot._growth(np.array([3e-9, 1e-12]), np.array([1e-9, 1e-15]), 1e-7) == pytest.approx(3.0)
+    assert pilot._growth(np.array([3e-9, 2e-9]), np.array([1e-10, 1e-8]), 1e-7) == pytest.approx(1e-7 / (2.0 * 1e-8))
+    assert math.isnan(pilot._growth(np.array([1e-12]), np.array([1e-15]), 1e-7))
 
 
 def test_a_pilot_has_a_bound(monkeypatch):

@@ -51,6 +51,7 @@ class _Plan(_Recorded):
     chaotic: Annotated[int, Field(ge=0)] = 0
     bounded: bool = False
     agrees_until: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    growth: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
     agreeing_impacts: Annotated[int, Field(ge=-1)] = -1
 
 

@@ -18,9 +18,9 @@ WIDTH = lanes.WIDTH
 # "stop" and "end" are one: what the two-sided model makes of a journal that has left the wall is no motion of it.
 _ON_LOSS = {"stop": R.END, "continue": R.CONTINUE, "end": R.END}
 
-# How the error of the roughest step is judged. Statistics err up to ten times less than the forces at one step's end. Along a
-# motion errors add up and grow, in random motions at given steps from 1e-5 to 1e-3 and more, which a pilot would have seen:
-# beyond 1e-5 no given step is trusted, whatever accuracy is asked for.
+# How the error of the roughest step is judged. Statistics err up to ten times less than the forces at one step's end, or, as
+# errors add up and grow along a motion, more: a pilot has seen by how much. In random motions at given steps 1e-5 may become
+# 1e-3: beyond 1e-5 no given step is trusted, whatever accuracy is asked for.
 _TRUSTED, _OF_STATISTICS = 1e-5, 0.3
 
 
@@ -64,9 +64,16 @@ def _two_sided(
     if features.rubs:
         raw[P.HELD] = features.driven
     kernel(raw, plan.steps, duration, on_loss, project_energy, features.momentum, out)
-    out[R.STEP_ERROR] *= max(_OF_STATISTICS, plan.accuracy / _TRUSTED if math.isnan(plan.pilot_error) else 0.0)
+    out[R.STEP_ERROR] *= of_statistics(plan)
     out[R.SPIN_ERROR] = 0.0  # where Omega is conserved, these equations have it as a constant
     return out
+
+
+def of_statistics(plan: Plan) -> float:
+    """Error of a motion's statistics over that of its roughest step, as samples are judged."""
+    if math.isnan(plan.pilot_error):
+        return max(_OF_STATISTICS, plan.accuracy / _TRUSTED)
+    return _OF_STATISTICS if math.isnan(plan.growth) else max(_OF_STATISTICS, plan.growth)
 
 
 def trace(raw: np.ndarray, plan: Plan, duration: float, project_energy: bool) -> np.ndarray:

@@ -16,7 +16,7 @@ from tolmc.mechanism.checks import choice, positive_number
 from tolmc.mechanism.scene import Scene
 from tolmc.quantities import ON_CONTACT_LOSS, SCALARS
 from tolmc.simulation.features import Features, features_of
-from tolmc.simulation.integration import WIDTH, integrate
+from tolmc.simulation.integration import WIDTH, integrate, of_statistics
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, one_sided_difference
 from tolmc.simulation.one_sided import agreeing_impacts, has_room
 from tolmc.simulation.outputs import wants_forces, wants_pose
@@ -46,6 +46,8 @@ _SHARES = 2.0 ** np.arange(-8.0, 0.0, 0.5)
 #: Share of the accuracy to which the energy of motions with friction, drives and loads that swing is kept.
 _BALANCE_SHARE = 0.01
 _PILOT_SHARE = 0.3  # the pilot aims below the stated accuracy, for samples between its corners
+_TELLING = 1e-2  # share of the aim from which on an error tells how errors grow: below it is rounding
+_ROOM = 2.0  # how much rougher than any of the pilot's a sample's step may be, however errors grow
 
 
 def _first_guess(raw: np.ndarray, duration: float) -> np.ndarray:
@@ -110,6 +112,7 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy, 
     left = np.flatnonzero(guesses <= _FAR_FASTER * np.median(guesses))
     steps, count = int(guesses[left].max()), raw.shape[1]
     met, met_error, is_chaotic = np.zeros(count, int), np.full(count, np.inf), np.zeros(count, bool)
+    of_step = np.full(count, np.nan)
     nearest, best_steps, ended, asked = np.inf, steps, False, 0
     stalled, best = np.zeros(len(left), int), np.full(len(left), np.inf)
     coarse = results(steps, left)
@@ -120,6 +123,7 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy, 
         first = good & (met[left] == 0)
         met[left[first]] = steps
         met_error[left] = np.where(good, errors, met_error[left])
+        of_step[left] = np.where(good, coarse[R.STEP_ERROR] / of_statistics(draft), of_step[left])
         if np.median(errors) < nearest:
             nearest, best_steps = float(np.median(errors)), steps
         if good.all():
@@ -153,7 +157,16 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy, 
     )
     if not len(left):
         return replace(found, steps=max(best_steps, asked), pilot_error=nearest)
+    found = replace(found, growth=_growth(met_error[left], of_step[left], draft.accuracy))
     return replace(found, steps=max(int(met[left].max()), asked), pilot_error=float(met_error[left].max()))
+
+
+def _growth(errors: np.ndarray, of_step: np.ndarray, accuracy: float) -> float:
+    """By how much more the statistics of motions err than their roughest step, at most; NaN where no error tells it."""
+    tells = (errors > _TELLING * _PILOT_SHARE * accuracy) & (of_step > 0.0)
+    if not tells.any():
+        return math.nan
+    return min(float((errors[tells] / of_step[tells]).max()), accuracy / (_ROOM * float(of_step.max())))
 
 
 def _by_order(steps: int, error: float, target: float, order: int) -> int:

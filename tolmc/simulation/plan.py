@@ -32,6 +32,8 @@ class Plan:
     accuracy: float
     #: Largest error that step halving showed on the pilot's motions (NaN when the step was given).
     pilot_error: float = math.nan
+    #: How many times the error of a motion's roughest step its statistics err, as the pilot's motions show (NaN: not known).
+    growth: float = math.nan
     features: Features = field(default_factory=Features)
     #: Of each place for a part of the loads that swings, whether its axes turn with the body; () where nothing swings.
     turning: tuple[bool, ...] = ()
