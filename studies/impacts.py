@@ -24,6 +24,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from study_tools import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, arguments, show
 
+from tolmc.kernels import results
 from tolmc.kernels.one_sided import engine, layout
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
 from tolmc.quantities import END_OUTPUTS
@@ -165,7 +166,7 @@ def utilisation(quick: bool) -> pd.DataFrame:
     plan = plan_integration(scene, {"bearing_radius": (0.01999, 0.02001)}, step=scene.duration / steps)
     for n in (64, 512, 4096)[: 2 if quick else 3]:
         raw, _ = pack({**nominal, "bearing_radius": bores(n)}, n)
-        found, counts = np.empty((layout.RESULTS, n)), np.zeros(3, np.int64)
+        found, counts = np.empty((results.RESULTS, n)), np.zeros(3, np.int64)
         nothing = np.empty((layout.RECORD, 0)), np.empty((layout.EVENT, 0))
         given = one_sided.given(raw, plan)
         call = (raw, given, steps, scene.duration, 10**6, 1e-6, found, counts, *nothing)
@@ -173,7 +174,7 @@ def utilisation(quick: bool) -> pd.DataFrame:
         kernel(*call)
         busy, all_rounds = found[layout.R_ROUNDS].sum(), counts[0] * layout.WIDTH
         seconds = best_time(lambda kernel=kernel, call=call: kernel(*call), 3)
-        impacts = found[[layout.R_COUNT_D, layout.R_COUNT_E]].sum()
+        impacts = found[[results.D_IMPACTS, results.E_IMPACTS]].sum()
         rows.append({
             "samples": n, "lanes busy": busy / all_rounds, "impacts a motion": impacts / n,
             "rounds an impact": (busy - n * steps) / impacts, "ns a lane and round": 1e9 * seconds / all_rounds,

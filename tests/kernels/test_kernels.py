@@ -328,27 +328,6 @@ def test_the_midpoint_is_of_third_order():
     assert b @ CLASSICAL.matrix @ c == pytest.approx(0.5**3 / 6, abs=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("tableau", "argument", "end"),
-    [
-        (CLASSICAL, tableaux.stage_argument_rk4, tableaux.step_end_rk4),
-        (DORMAND_PRINCE, tableaux.stage_argument_rk8, tableaux.step_end_rk8),
-    ],
-    ids=["rk4", "rk8"],
-)
-def test_stage_arguments_and_the_end_are_rows_of_the_tableau(tableau, argument, end):
-    size = 12
-    rng = np.random.default_rng(1)
-    y, k = rng.normal(size=size), rng.normal(size=(tableau.stages, size))
-    out = np.empty(size)
-    argument, end = called(argument), called(end)
-    for stage, row in enumerate(tableau.matrix):
-        argument(stage, y, k.ravel(), out, size)
-        np.testing.assert_allclose(out, y + row @ k, rtol=0, atol=1e-13)
-    end(y, k.ravel(), out, size)
-    np.testing.assert_allclose(out, y + tableau.b @ k, rtol=0, atol=1e-13)
-
-
 def test_sums_are_rows_of_the_tableau():
     size, m = 12, 7
     rng = np.random.default_rng(1)

@@ -9,7 +9,7 @@ import numba as nb
 import pytest
 
 from tolmc.kernels import jit
-from tolmc.kernels.one_sided import approach, clock, forecast, jump, stepper
+from tolmc.kernels.one_sided import approach, clock, forecast, formula, jump, stepper
 from tolmc.kernels.one_sided.equations import equations_of
 
 ROW, WHOLE = nb.float64[::1], nb.int64[::1]
@@ -39,7 +39,19 @@ def instructions(routine, signature):
     [
         *(
             (name, (False, False, False, False))
-            for name in ("evaluate", "step", "look", "screen", "take", "approach", "strike", "aim", "refine")
+            for name in (
+                "evaluate",
+                "formula",
+                "step",
+                "look",
+                "screen",
+                "take",
+                "approach",
+                "strike",
+                "aim",
+                "search",
+                "refine",
+            )
         ),
         # A symmetric body whose drive swings, and any body whose loads do, with friction.
         pytest.param("evaluate", (False, False, True, True), marks=pytest.mark.nightly),
@@ -51,17 +63,19 @@ def test_the_loops_over_lanes_are_packed(name, kind):
     equations = equations_of(*kind)
     steps = stepper.build(equations, rk4=False)
     clocks = clock.build(equations, steps, rk4=False)
-    aim, refine = forecast.build(equations)
+    ahead = forecast.build(equations)
     routine, signature = {
-        "evaluate": (steps.evaluate, (nb.boolean,) + (ROW,) * 5),
+        "evaluate": (formula.evaluator(equations), (nb.boolean,) + (ROW,) * 5),
+        "formula": (formula.build(equations, False).step, (nb.boolean,) + (ROW,) * 8),
         "step": (steps.step, (ROW,) * 9),
         "look": (steps.look, (ROW,) * 5 + (nb.float64,)),
         "take": (clocks.take, (ROW,) * 9 + (LIMITS, WHOLE, WHOLE)),
         "screen": (clocks.screen, (ROW,) * 5 + (nb.float64, WHOLE)),
         "approach": (approach.build(equations, steps), (ROW,) * 11 + (nb.float64, WHOLE)),
         "strike": (jump.build(equations).strike, (ROW,) * 4 + (nb.float64, WHOLE, WHOLE)),
-        "aim": (aim, (ROW,) * 3 + (nb.float64, nb.float64, WHOLE)),
-        "refine": (refine, (ROW,) * 5),
+        "aim": (ahead.aim, (ROW,) * 5 + (nb.float64, nb.float64, WHOLE)),
+        "search": (ahead.search, (ROW,) * 4),
+        "refine": (ahead.refine, (ROW,) * 4),
     }[name]
     counts = instructions(routine, signature)
     packed = sum(count for (_, is_packed), count in counts.items() if is_packed)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import hashlib
 import os
+import platform
 import stat
 import sys
 import tempfile
@@ -16,8 +17,10 @@ from pathlib import Path
 from types import FunctionType
 
 import numba as nb
+from llvmlite.binding import get_host_cpu_features
 from numba.core import event
 from numba.core.compiler_lock import global_compiler_lock
+from numba.extending import intrinsic
 
 from tolmc.kernels.linking import KernelCompiler, PieceCompiler
 
@@ -107,7 +110,35 @@ def _piece(**options) -> Callable:
 device = _piece(forceinline=True, **_OPTIONS)
 
 #: The same, to the same bits in whichever loop: products and sums are not contracted, as each loop may do in its own way.
-strict = _piece(forceinline=True, **_STRICT)
+#: Said here too, or Numba would hand down the caller's leave to contract.
+strict = _piece(forceinline=True, fastmath=False, **_STRICT)
+
+
+def _product_and_sum(a, b, c):
+    return a * b + c
+
+
+def _fused(context, a, b, c):
+    def generate(_, builder, signature, numbers):
+        return builder.fma(*numbers)
+
+    return nb.float64(nb.float64, nb.float64, nb.float64), generate
+
+
+def _fma():
+    fuses = get_host_cpu_features().get("fma") or platform.machine().lower() in ("arm64", "aarch64")
+    return intrinsic(_fused) if fuses and not nb.config.DISABLE_JIT else strict(_product_and_sum)
+
+
+#: a b + c, rounded once where the processor does it so: what strict pieces are contracted by, in every loop alike.
+fma = _fma()
+
+
+@strict
+def dot(ax, ay, bx, by):
+    """a.b in the plane."""
+    return fma(ax, bx, ay * by)
+
 
 #: A function of its own within a kernel: compiled once however often it is called.
 #: Said, not left to the default: Numba hands the option of a function down to those that it compiles on the way.

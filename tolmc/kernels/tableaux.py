@@ -152,22 +152,6 @@ def _terms(row: dict[int, float]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(sorted(row), dtype=np.int64), np.array([row[j] for j in sorted(row)], dtype=float)
 
 
-def _weighted_sum(row: dict[int, float]):
-    """Device function out = y + sum_j row[j] k_j over flat (state, lane) arrays; the k_j hold h f."""
-    columns, values = _terms(row)
-    terms = len(columns)
-
-    @inlined
-    def weighted_sum(y, k, out, size):
-        for m in range(size):
-            total = y[m]
-            for t in range(terms):
-                total += values[t] * k[columns[t] * size + m]
-            out[m] = total
-
-    return weighted_sum
-
-
 def weighted_sum(row: dict[int, float]):
     """Device function of element m of y + sum_j row[j] k_j, k flat (stage, state, lane) with ``size`` numbers a stage."""
     columns, values = _terms(row)
@@ -181,57 +165,3 @@ def weighted_sum(row: dict[int, float]):
         return total
 
     return weighted_sum_at
-
-
-_4_1, _4_2, _4_3 = (_weighted_sum(row) for row in CLASSICAL.rows[1:])
-_8_1, _8_2, _8_3, _8_4, _8_5, _8_6, _8_7, _8_8, _8_9, _8_10, _8_11 = (
-    _weighted_sum(row) for row in DORMAND_PRINCE.rows[1:]
-)
-
-#: The step's end, and its midpoint, from the start y and all stages.
-step_end_rk4, step_end_rk8 = _weighted_sum(CLASSICAL.weights), _weighted_sum(DORMAND_PRINCE.weights)
-midpoint_rk4 = _weighted_sum(CLASSICAL.midpoint)
-
-
-@inlined
-def stage_argument_rk4(stage, y, k, out, size):
-    """Argument of stage ``stage`` of rk4."""
-    if stage == 0:
-        for m in range(size):
-            out[m] = y[m]
-    elif stage == 1:
-        _4_1(y, k, out, size)
-    elif stage == 2:
-        _4_2(y, k, out, size)
-    else:
-        _4_3(y, k, out, size)
-
-
-@inlined
-def stage_argument_rk8(stage, y, k, out, size):
-    """Argument of stage ``stage`` of rk8."""
-    if stage == 0:
-        for m in range(size):
-            out[m] = y[m]
-    elif stage == 1:
-        _8_1(y, k, out, size)
-    elif stage == 2:
-        _8_2(y, k, out, size)
-    elif stage == 3:
-        _8_3(y, k, out, size)
-    elif stage == 4:
-        _8_4(y, k, out, size)
-    elif stage == 5:
-        _8_5(y, k, out, size)
-    elif stage == 6:
-        _8_6(y, k, out, size)
-    elif stage == 7:
-        _8_7(y, k, out, size)
-    elif stage == 8:
-        _8_8(y, k, out, size)
-    elif stage == 9:
-        _8_9(y, k, out, size)
-    elif stage == 10:
-        _8_10(y, k, out, size)
-    else:
-        _8_11(y, k, out, size)

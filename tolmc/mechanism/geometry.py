@@ -89,7 +89,12 @@ def effective_radius(bearing_radius: ArrayLike, journal_radius: ArrayLike, half_
 
     Parameters, shapes and errors as in :func:`tilt_angle`; returns m.
     """
-    R, r, L, scale = _in_range(*_checked(bearing_radius, journal_radius, half_length))
+    return radius_of_valid(*_checked(bearing_radius, journal_radius, half_length))
+
+
+def radius_of_valid(R: _Array, r: _Array, L: _Array) -> _Array:
+    """:func:`effective_radius` of arrays of one shape that are known to be valid."""
+    R, r, L, scale = _in_range(R, r, L)
     # L tan(psi) with the half-angle tangent inserted: only positive terms are left, at any clearance and length.
     squares = (R - r) * (R + r)
     return scale * (squares * L / (R * L + r * np.sqrt(L * L + squares)))

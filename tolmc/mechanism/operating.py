@@ -122,9 +122,14 @@ def operating_dimensions(values: Mapping[str, np.ndarray | float]) -> tuple[np.n
     bearing = values["bearing_expansion"] * (values["bearing_temperature"] - REFERENCE_TEMPERATURE)
     journal = values["journal_expansion"] * (values["journal_temperature"] - REFERENCE_TEMPERATURE)
     bore, wall = values["bearing_radius"], values["bush_wall"]
-    is_bush = np.asarray(wall) > 0
-    grown = np.where(is_bush, bore - 3.0 * bearing * wall, bore * (1.0 + bearing))
-    length = np.where(is_bush, values["half_length"], values["half_length"] * (1.0 + bearing))
+    bush = bore - 3.0 * bearing * wall, values["half_length"]
+    whole = bore * (1.0 + bearing), values["half_length"] * (1.0 + bearing)
+    grown: np.ndarray | float
+    length: np.ndarray | float
+    if isinstance(wall, np.ndarray):
+        grown, length = (np.where(wall > 0, *either) for either in zip(bush, whole, strict=True))
+    else:
+        grown, length = bush if wall > 0 else whole
     return (
         grown + values["bearing_wear"],
         values["journal_radius"] * (1.0 + journal) - values["journal_wear"],

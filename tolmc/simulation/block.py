@@ -16,7 +16,7 @@ from tolmc.simulation.integration import integrate
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, judged
 from tolmc.simulation.one_sided import has_room
 from tolmc.simulation.outputs import ROWS, integrates, lacking, wants_forces
-from tolmc.simulation.packing import pack, scratch
+from tolmc.simulation.packing import pack_again, scratch
 from tolmc.simulation.plan import Plan
 from tolmc.simulation.published import published_results
 
@@ -36,7 +36,7 @@ def block_columns(
     status, not in warnings.
     """
     with np.errstate(all="ignore"):
-        raw, code = pack({**scene.scalars, **columns}, n, scratch("raw", P.COUNT, n))
+        raw, code = pack_again({**scene.scalars, **columns}, n)
         joint = _inside(code != GEOMETRY_INVALID)
         found = {name: _geometry(name, raw, joint) for name in outputs if name in quantities.GEOMETRY}
         found["status_time"] = np.full(n, np.nan)

@@ -138,7 +138,7 @@ def integrate_columns(
     choice("on_contact_loss", on_contact_loss, ON_CONTACT_LOSS)
     size = min(_CHUNK, -(-n // (workers * WIDTH)) * WIDTH)
     if size % _PAGE == 0:
-        size -= WIDTH
+        size += WIDTH  # not less: powers of two would leave a rest
     columns = {name: np.empty(n) for name in (*outputs, "status_time")}
     columns["status"] = np.empty(n, np.int64)
 

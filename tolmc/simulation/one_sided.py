@@ -27,23 +27,16 @@ _ROUNDING = 1e-12
 
 _TERM_PHASES = (P.FORCE_TERM_1_PHASE, P.FORCE_TERM_2_PHASE, P.TORQUE_TERM_1_PHASE, P.TORQUE_TERM_2_PHASE)
 
-#: Codes of the statuses, by the kernels' own.
-_STATUS = np.zeros(at.LOST + 1)
-_STATUS[[at.OK, at.DIVERGED, at.TOO_MANY]] = R.OK, R.DIVERGED, R.TOO_MANY_IMPACTS
-_STATUS[[at.PENETRATES, at.UNRESOLVED]] = R.CONTACT_UNRESOLVED
-_STATUS[[at.NO_SOLUTION, at.LOST]] = R.NO_CONTACT_FORCES, R.CONTACT_LOST
-
 
 def given(raw: np.ndarray, plan: Plan, held: np.ndarray | None = None) -> np.ndarray:
     """What the one-sided kernels take beside the parameters, (layout.GIVEN, n).
 
     ``held``: results of the two-sided kernels, at whose loss of contact the motions begin.
     """
-    n = raw.shape[1]
-    rows = np.zeros((at.GIVEN, n))
-    rows[at.RESTITUTION], rows[at.STIFFNESS] = raw[P.RESTITUTION], raw[P.CONTACT_STIFFNESS]
-    if not plan.features.one_sided:
-        rows[at.RESTITUTION] = -1.0
+    rows = np.empty((at.GIVEN, raw.shape[1]))
+    rows[at.TIME], rows[at.ON_D], rows[at.ON_E] = 0.0, 0.0, 0.0
+    rows[at.RESTITUTION] = raw[P.RESTITUTION] if plan.features.one_sided else -1.0
+    rows[at.STIFFNESS] = raw[P.CONTACT_STIFFNESS]
     rows[at.FRICTION], rows[at.SLIP_SPEED] = raw[P.FRICTION], raw[P.SLIP_SPEED]
     rows[at.LOSS], rows[at.HELD] = -1.0, plan.features.driven
     aimed = _FINE if math.isnan(plan.pilot_error) else plan.accuracy
@@ -59,14 +52,21 @@ def given(raw: np.ndarray, plan: Plan, held: np.ndarray | None = None) -> np.nda
         rows[at.CHI], rows[at.OMEGA] = raw[P.SPIN], raw[P.SPIN_RATE]
     else:
         start.from_angles(raw, rows, plan.features.exact)
+    if plan.features.shaken or plan.features.swings:
+        _phases(raw, plan, rows)
+    return rows
+
+
+def _phases(raw: np.ndarray, plan: Plan, rows: np.ndarray) -> None:
+    """The rows of what swings, and the part of Omega that the drive's swing has."""
     rows[at.PHASE_1 : at.PHASE_4 + 1] = raw[list(_TERM_PHASES)]
     rows[at.PHASE_DRIVE] = raw[P.DRIVE_PHASE]
     if plan.features.swings:
         swing = 2.0 * math.pi * raw[P.DRIVE_FREQUENCY] * raw[P.DRIVE_AMPLITUDE]
         rows[at.OMEGA] += swing * np.cos(raw[P.DRIVE_PHASE])
+    rows[at.TURNS_1 : at.TURNS_4 + 1] = 0.0
     for place, turns in enumerate(plan.turning):
         rows[at.TURNS_1 + place] = turns
-    return rows
 
 
 def _start_within(raw: np.ndarray, rows: np.ndarray) -> None:
@@ -85,11 +85,11 @@ def has_room(raw: np.ndarray, plan: Plan) -> np.ndarray:
     return np.logical_and(*(gaps >= -_ROUNDING))
 
 
-def _run(raw: np.ndarray, plan: Plan, duration: float, found, counts, record, events, held=None) -> None:
+def _run(raw: np.ndarray, plan: Plan, duration: float, out, counts, record, events, held=None) -> None:
     """The kernel that has what the plan's features ask for, and nothing more."""
     kernel = engine.build(**kind(plan.features, plan.method))
     start = given(raw, plan, held)
-    kernel(raw, start, plan.steps, duration, MOST_EVENTS, plan.accuracy, found, counts, record, events)
+    kernel(raw, start, plan.steps, duration, MOST_EVENTS, plan.accuracy, out, counts, record, events)
 
 
 def kind(features: Features, method: str) -> dict[str, bool]:
@@ -106,19 +106,12 @@ def integrate(raw: np.ndarray, plan: Plan, duration: float, out: np.ndarray | No
 
     A penetration beyond the plan's accuracy ends a motion.
     """
-    raw = np.ascontiguousarray(raw)
-    n = raw.shape[1]
-    found, counts = np.full((at.RESULTS, n), np.nan), np.zeros(3, np.int64)
-    _run(raw, plan, duration, found, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)))
-    return _results(found, raw, plan, duration, np.empty((R.RESULTS, n)) if out is None else out)
+    return _results(raw, plan, duration, np.empty((R.RESULTS, raw.shape[1])) if out is None else out)
 
 
 def follow(raw: np.ndarray, plan: Plan, duration: float, held: np.ndarray) -> np.ndarray:
     """Results of motions that the two-sided kernels have followed to their loss of contact, ``held``, and from there on."""
-    raw = np.ascontiguousarray(raw)
-    found, counts = np.full((at.RESULTS, raw.shape[1]), np.nan), np.zeros(3, np.int64)
-    _run(raw, plan, duration, found, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)), held)
-    out = _results(found, raw, plan, duration, np.empty((R.RESULTS, raw.shape[1])))
+    out = _results(raw, plan, duration, np.empty((R.RESULTS, raw.shape[1])), held)
     before = held[R.END_TIME]
     touched = duration * (out[R.D_CLOSED_SHARE] + out[R.E_CLOSED_SHARE])
     for highest, share in ((R.D_MAX, R.D_CLOSED_SHARE), (R.E_MAX, R.E_CLOSED_SHARE)):
@@ -142,50 +135,18 @@ def follow(raw: np.ndarray, plan: Plan, duration: float, held: np.ndarray) -> np
     return out
 
 
-def _results(found: np.ndarray, raw: np.ndarray, plan: Plan, duration: float, out: np.ndarray) -> np.ndarray:
-    """The rows of :mod:`tolmc.kernels.results` from the kernels' own, into ``out``."""
-    out[:] = 0.0
-    out[R.STATUS] = _STATUS[found[at.R_STATUS].astype(int)]
-    out[R.END_TIME] = found[at.R_END]
-    # Where a wall without restitution loses its journal the motion ends.
-    lasted = duration if plan.features.one_sided else np.where(out[R.END_TIME] > 0.0, out[R.END_TIME], 1.0)
-    for side, (highest, first) in enumerate(((R.D_MAX, R.D_IMPACTS), (R.E_MAX, R.E_IMPACTS))):
-        out[highest : highest + 2] = found[at.R_D_MAX + 2 * side : at.R_D_MAX + 2 * side + 2]
-        out[highest + 2] = found[at.R_INTEGRAL_D + side] / lasted
-        time = found[at.R_TIME_D + side]
-        square = np.maximum(found[at.R_SQUARE_D + side], 0.0)
-        out[highest + 3] = np.sqrt(np.divide(square, time, out=np.full_like(time, np.nan), where=time > 0))
-        for row, source in enumerate((at.R_COUNT_D, at.R_SPEED_D, at.R_IMPULSE_D, at.R_TOTAL_D)):
-            out[first + row] = found[source + side]
-        out[first + 4], out[first + 5] = time / lasted, found[at.R_PEAK_D + side]
-    out[R.TILT_MAX], out[R.LOSS_TIME] = found[at.R_TILT], found[at.R_LOST_AT]
-    out[R.FREE_SHARE], out[R.FIRST_IMPACT] = found[at.R_TIME_FREE] / lasted, found[at.R_HIT_AT]
-    out[R.IMPACT_LOSS] = found[at.R_IMPACT_LOSS]
-    out[R.ENERGY_ERROR], out[R.CONSTRAINT_ERROR] = found[at.R_ENERGY_ERROR], np.abs(found[at.R_PENETRATION])
-    out[R.MOMENTUM_ERROR] = found[at.R_MOMENTUM_ERROR]
-    out[R.STEP_ERROR] = 0.0  # no step is redone here: the energy balance watches every sample
-    out[R.ORIGIN_X : R.AXIS_Z + 1] = found[at.R_X : at.R_AXIS_Z + 1]
+def _results(
+    raw: np.ndarray, plan: Plan, duration: float, out: np.ndarray, held: np.ndarray | None = None
+) -> np.ndarray:
+    """``out`` with the kernel's results, and what wears."""
+    raw, counts = np.ascontiguousarray(raw), np.zeros(3, np.int64)
+    _run(raw, plan, duration, out, counts, np.empty((at.RECORD, 0)), np.empty((at.EVENT, 0)), held)
+    np.arctan(out[R.TILT_MAX], out=out[R.TILT_MAX])
     if plan.features.rubs:
-        _rubbed(out, found, raw, lasted, plan.features.swings)
+        # Where a wall without restitution loses its journal the motion ends.
+        lasted = duration if plan.features.one_sided else np.where(out[R.END_TIME] > 0.0, out[R.END_TIME], 1.0)
+        out[R.WEAR_RATE] = raw[P.WEAR_COEFFICIENT] * (out[R.D_SLIP_WORK] + out[R.E_SLIP_WORK]) / lasted
     return out
-
-
-def _rubbed(out: np.ndarray, found: np.ndarray, raw: np.ndarray, lasted: float | np.ndarray, swings: bool) -> None:
-    """The rows that friction, a drive and wear add."""
-    out[R.FRICTION_TORQUE_MAX], out[R.FRICTION_TORQUE_MEAN] = found[at.R_TORQUE_MAX], found[at.R_TORQUE] / lasted
-    out[R.FRICTION_WORK], out[R.FRICTION_POWER_MEAN] = found[at.R_HEAT], found[at.R_HEAT] / lasted
-    out[R.D_SLIP_WORK], out[R.E_SLIP_WORK] = found[at.R_SLIP_D], found[at.R_SLIP_E]
-    out[R.SLOW_SHARE] = found[at.R_SLOW] / lasted
-    touched = found[at.R_TIME_D] + found[at.R_TIME_E]
-    out[R.WHIRL_RATE_MEAN] = np.divide(found[at.R_TURN], touched, out=np.full_like(touched, np.nan), where=touched > 0)
-    out[R.SPIN_END] = found[at.R_OMEGA]
-    out[R.DRIVE_TORQUE_MAX], out[R.DRIVE_TORQUE_MEAN] = found[at.R_DRIVE_MAX], found[at.R_DRIVE] / lasted
-    if swings:
-        out[R.DRIVE_POWER_MEAN] = found[at.R_DRIVE_WORK] / lasted
-    else:
-        out[R.DRIVE_POWER_MEAN] = out[R.DRIVE_TORQUE_MEAN] * raw[P.SPIN_RATE]
-    slip_work = found[at.R_SLIP_D] + found[at.R_SLIP_E]
-    out[R.WEAR_RATE] = raw[P.WEAR_COEFFICIENT] * slip_work / lasted
 
 
 def _joined(out: np.ndarray, held: np.ndarray, raw: np.ndarray, duration: float, touched: np.ndarray) -> None:
@@ -273,8 +234,8 @@ def _trace(raw: np.ndarray, plan: Plan, duration: float) -> tuple[np.ndarray, np
     rows, events = 2 * plan.steps + 64, 256
     while True:
         record, happened = np.empty((at.RECORD, rows)), np.empty((at.EVENT, events))
-        found, counts = np.full((at.RESULTS, 1), np.nan), np.zeros(3, np.int64)
-        _run(raw, plan, duration, found, counts, record, happened)
+        counts = np.zeros(3, np.int64)
+        _run(raw, plan, duration, np.empty((R.RESULTS, 1)), counts, record, happened)
         if counts[1] <= rows and counts[2] <= events:
             return record[:, : counts[1]], happened[:, : counts[2]]
         rows, events = max(rows, int(counts[1])), max(events, int(counts[2]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Mapping
 
@@ -16,7 +17,12 @@ from tolmc.simulation.judge import BODY_INVALID, GEOMETRY_INVALID
 
 #: Rows that hold a scalar as it is; the joint's hold what operating conditions make of its dimensions.
 _ROWS = {scalar.name: getattr(P, scalar.row) for scalar in SCALAR_ROWS if scalar.row and scalar.group != "joint"}
-_FREQUENCIES = tuple(getattr(P, scalar.row) for scalar in SCALAR_ROWS if scalar.kind == "frequency")
+#: Least and largest value of scalars with which a sample can be integrated.
+_ALLOWED = {
+    "restitution": (0.0, 1.0), "contact_stiffness": (0.0, math.inf), "friction": (0.0, math.inf),
+    "slip_speed": (math.nextafter(0.0, 1.0), math.inf), "wear_coefficient": (0.0, math.inf),
+    **{scalar.name: (0.0, math.inf) for scalar in SCALAR_ROWS if scalar.kind == "frequency"},
+}  # fmt: skip
 _BODY_SCALARS = tuple(scalar.name for scalar in SCALAR_ROWS if scalar.group == "body")
 
 _SCRATCH = threading.local()
@@ -31,38 +37,65 @@ def scratch(name: str, rows: int, n: int) -> np.ndarray:
     return kept[: rows * n].reshape(rows, n)
 
 
-def pack(
-    values: Mapping[str, np.ndarray | float], n: int, raw: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
+def pack_again(values: Mapping[str, np.ndarray | float], n: int) -> tuple[np.ndarray, np.ndarray]:
+    """As :func:`pack`, into this thread's array: rows that hold the number that they held in its last block stay as they are.
+
+    For those who write to no row of a scalar.
+    """
+    raw = scratch("raw", P.COUNT, n)
+    place, constant = getattr(_SCRATCH, "constant", (None, {}))
+    if place != (raw.ctypes.data, n):
+        _SCRATCH.constant = (raw.ctypes.data, n), (constant := {})
+    return _packed(values, n, raw, constant)
+
+
+def pack(values: Mapping[str, np.ndarray | float], n: int) -> tuple[np.ndarray, np.ndarray]:
     """Parameter array (parameters.COUNT, n) and the code of each sample: OK, or why it cannot be integrated."""
-    raw = np.empty((P.COUNT, n)) if raw is None else raw
+    return _packed(values, n, np.empty((P.COUNT, n)), {})
+
+
+def _packed(
+    values: Mapping[str, np.ndarray | float], n: int, raw: np.ndarray, constant: dict[int, tuple[float, float]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """:func:`pack` into ``raw``, of which the rows ``constant`` hold one number each, and its sign; kept up to date."""
     raw[P.BEARING_RADIUS], raw[P.JOURNAL_RADIUS], raw[P.HALF_LENGTH] = operating_dimensions(values)
     finite = np.ones(n, bool)
     for name, row in _ROWS.items():
-        raw[row] = values[name]
-        if np.ndim(values[name]):  # a scene's own scalars are finite
-            finite &= np.isfinite(values[name])
+        value = values[name]
+        _put(value, row, raw, constant)
+        if isinstance(value, np.ndarray):  # a scene's own scalars are finite
+            finite &= np.isfinite(value)
+    for name, (least, most) in _ALLOWED.items():
+        finite &= (values[name] >= least) & (values[name] <= most)
     large, small, length = raw[P.BEARING_RADIUS], raw[P.JOURNAL_RADIUS], raw[P.HALF_LENGTH]
     joint = np.isfinite(large) & np.isfinite(small) & np.isfinite(length) & (small > 0) & (small < large) & (length > 0)
-    finite &= (raw[P.RESTITUTION] >= 0.0) & (raw[P.RESTITUTION] <= 1.0) & (raw[P.CONTACT_STIFFNESS] >= 0.0)
-    finite &= (raw[P.FRICTION] >= 0.0) & (raw[P.SLIP_SPEED] > 0.0) & (raw[P.WEAR_COEFFICIENT] >= 0.0)
-    for row in _FREQUENCIES:
-        finite &= raw[row] >= 0.0
     code = np.where(joint, np.where(finite, R.OK, BODY_INVALID), GEOMETRY_INVALID)
-    if any(np.ndim(values[name]) for name in _BODY_SCALARS):
+    if any(isinstance(values[name], np.ndarray) for name in _BODY_SCALARS):
         inside = code == R.OK
         code[inside] = np.where(_is_body(raw[:, inside]), R.OK, BODY_INVALID)
-    raw[P.RADIUS] = np.nan
-    if joint.any():
-        inside = slice(None) if joint.all() else joint
-        raw[P.RADIUS, inside] = geometry.effective_radius(large[inside], small[inside], length[inside])
+    if joint.all():
+        raw[P.RADIUS] = geometry.radius_of_valid(large, small, length)
+    else:
+        raw[P.RADIUS] = np.nan
+        raw[P.RADIUS, joint] = geometry.radius_of_valid(large[joint], small[joint], length[joint])
     raw[P.HELD] = 0.0
     raw[P.LOAD_ENERGY] = _load_energy(values, raw[P.RADIUS], length)
     alpha, beta = 0.5 * values["alpha"], 0.5 * values["beta"]
     with np.errstate(invalid="ignore"):  # an infinite angle is the sample's status to tell
-        raw[P.COS_MEAN], raw[P.SIN_MEAN] = np.cos(alpha + beta), np.sin(alpha + beta)
-        raw[P.COS_HALF], raw[P.SIN_HALF] = np.cos(alpha - beta), np.sin(alpha - beta)
+        _put(np.cos(alpha + beta), P.COS_MEAN, raw, constant)
+        _put(np.sin(alpha + beta), P.SIN_MEAN, raw, constant)
+        _put(np.cos(alpha - beta), P.COS_HALF, raw, constant)
+        _put(np.sin(alpha - beta), P.SIN_HALF, raw, constant)
     return raw, code
+
+
+def _put(value: np.ndarray | float, row: int, raw: np.ndarray, constant: dict[int, tuple[float, float]]) -> None:
+    """A scalar into its row, unless it is one number that stands there already."""
+    if isinstance(value, np.ndarray):
+        constant.pop(row, None)
+        raw[row] = value
+    elif constant.get(row) != (there := (float(value), math.copysign(1.0, value))):
+        raw[row], constant[row] = value, there
 
 
 def _is_body(raw: np.ndarray) -> np.ndarray:

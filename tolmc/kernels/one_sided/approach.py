@@ -10,14 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from tolmc.kernels.jit import device, routine
+from tolmc.kernels.jit import device, fma, routine, strict
+from tolmc.kernels.one_sided import formula as formulas
 from tolmc.kernels.one_sided import integrals
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.events import hermite
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.one_sided.stepper import Stepper, replacer
-from tolmc.kernels.tableaux import CLASSICAL, stage_argument_rk4, step_end_rk4
+from tolmc.kernels.tableaux import CLASSICAL
 
 #: Of a step: an impact no further from its end is reached by a step of the classical formula.
 AT_HAND = 1e-2
@@ -25,10 +26,10 @@ _AT_HAND_FROM_AFAR = 1e-3  # the same from where the gap's second derivative for
 _STEEP = 0.02  # gap times its second derivative over the square of its rate, up to which the wall is met steeply
 
 
-@device
+@strict
 def time_to(g, r, a):
     """Time to the wall, or back to it, of a gap that is next to nothing and closes."""
-    return 2.0 * g / (math.sqrt(max(r * r - 2.0 * a * g, 0.0)) - r)
+    return 2.0 * g / (math.sqrt(max(fma(-2.0 * a, g, r * r), 0.0)) - r)
 
 
 @device
@@ -50,24 +51,9 @@ def at_hand(g0, r0, a0, g1, r1, a1, h, far):
 
 def build(equations: Equations, stepper: Stepper) -> Callable:
     """Routine ``approach``: lanes whose decision is IMPACT go to the wall, and stand there with ``seen0`` of it."""
-    n_state, size, stride = equations.state, equations.state * WIDTH, equations.samples * WIDTH
-    evaluate, look = stepper.evaluate, stepper.look
+    n_state, look, classical = equations.state, stepper.look, formulas.build(equations, True).step
     flies, replace_seen = not equations.works, replacer(equations.seen)
     add = integrals.build(equations, CLASSICAL, looks=False)
-
-    @routine
-    def classical(y, f0, coef, lanes, k, argument, samples, end):
-        """A step of length ``lanes[GONE]``."""
-        h = lanes[at.GONE * WIDTH : (at.GONE + 1) * WIDTH]
-        for c in range(n_state):
-            for lane in range(WIDTH):
-                k[c * WIDTH + lane] = h[lane] * f0[c * WIDTH + lane]
-        in_flight = flies and integrals.closed(coef) == 0
-        for stage in range(1, 4):
-            stage_argument_rk4(stage, y, k, argument, size)
-            row, place = stage * size, stage * stride
-            evaluate(in_flight, argument, coef, h, k[row : row + size], samples[place : place + stride])
-        step_end_rk4(y, k, end, size)
 
     @routine
     def onto_the_wall(y, end, f1, lanes, seen1, decision):
@@ -119,7 +105,8 @@ def build(equations: Equations, stepper: Stepper) -> Callable:
         for lane in range(WIDTH):
             rest = min(lanes[at.REST_D * WIDTH + lane], lanes[at.REST_E * WIDTH + lane])
             lanes[at.GONE * WIDTH + lane] = rest if (decision[lane] == at.IMPACT) & (rest < math.inf) else 0.0
-        classical(y, f0, coef, lanes, k, argument, samples, end)
+        h = lanes[at.GONE * WIDTH : (at.GONE + 1) * WIDTH]
+        classical(flies and integrals.closed(coef) == 0, y, f0, coef, h, k, argument, samples, end)
         look(end, coef, f1, seen1, argument, step_length)
         onto_the_wall(y, end, f1, lanes, seen1, decision)
         add(coef, lanes, samples, seen0, seen1)

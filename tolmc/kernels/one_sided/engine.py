@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from tolmc.kernels import jit
+from tolmc.kernels import jit, results
 from tolmc.kernels.lanes import Layout
 from tolmc.kernels.one_sided import approach as approaches
 from tolmc.kernels.one_sided import clock as clocks
-from tolmc.kernels.one_sided import forecast
+from tolmc.kernels.one_sided import forecast, outcome
 from tolmc.kernels.one_sided import jump as jumps
 from tolmc.kernels.one_sided import lane as one_lane
 from tolmc.kernels.one_sided import layout as at
@@ -32,22 +32,24 @@ def build(*, exact: bool, general: bool, rubs: bool, swings: bool, rk4: bool) ->
     stepper = steppers.build(equations, rk4)
     decide = one_lane.build(equations, stepper, rk4)
     approach = approaches.build(equations, stepper)
-    aim, refine = forecast.build(equations)
     at_event = jumps.build(equations)
     screen, take, renew = clocks.build(equations, stepper, rk4)
-    load, begin, state_of, store, note = ways.build(equations, at_event)
+    way, store = ways.build(equations, at_event), outcome.build(equations)
     layout, n_state, stages = Layout(), equations.state, stepper.stages
     blocks = {
         "y_rows": n_state, "end_rows": n_state, "argument_rows": n_state, "f0_rows": n_state, "f1_rows": n_state,
-        "k_rows": (stages + 1) * n_state, "coef_rows": equations.coefficients, "lane_rows": at.CARRIED,
+        "k_rows": stepper.k_rows, "coef_rows": equations.coefficients, "lane_rows": at.CARRIED,
         "seen0_rows": at.SEEN, "seen1_rows": at.SEEN, "sample_rows": (stages + 1) * equations.samples,
+        "result_rows": results.RESULTS,
+        **dict(zip(("raw_rows", "given_rows", "start_rows", "ready_rows", "gap_rows"), way.rows, strict=True)),
     }  # fmt: skip
     places = {name: layout.block(count) for name, count in blocks.items()}
     return jit.entry(
         rounds, name_of(exact=exact, general=general, rubs=rubs, swings=swings, rk4=rk4),
         step=stepper.step, look=stepper.look, screen=screen, decide=decide, take=take, approach=approach,
         strike=at_event.strike, settle=at_event.settle, jump=at_event.jump, rubs=equations.rubs,
-        renew=renew, aim=aim, refine=refine, load=load, begin=begin, state_of=state_of, store=store, note=note,
+        renew=renew, forecast=forecast.build(equations).forecast,
+        fetch=way.fetch, load=way.load, begin=way.begin, state_of=way.state_of, store=store, note=way.note,
         rows=layout.rows, **places,
     )  # fmt: skip
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device, once, strict
+from tolmc.kernels.jit import device, dot, fma, once, strict
 from tolmc.kernels.one_sided import circle, exact, general, general_swinging, symmetric, symmetric_swinging
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.friction import sliding
@@ -29,17 +29,21 @@ class Equations(NamedTuple):
     seen: int
     spins: bool
     works: bool
+    glimpsed: bool
     rubs: bool
     swings: bool
     far: float
     unit: bool
     prepare: object
     start: object
+    orient: object
     advance: object
     fly: object
     look: object
+    glimpse: object
+    free: object
     forces: object
-    touch: object
+    reach: object
     system: object
     multipliers: object
     kick: object
@@ -48,48 +52,43 @@ class Equations(NamedTuple):
     momentum: object
 
 
-@strict
-def squared(x, y):
-    """x^2 + y^2."""
-    return x * x + y * y
-
-
 def _given(section, body, spins):
     """Device functions that take a sample's scalars and start into its lane."""
-    size, body_prepare, orient = section.size, body.prepare, body.orient
+    size, body_prepare = section.size, body.prepare
 
     @device
-    def prepare(raw, given, i, coef, lane, width):
-        """Coefficients of lane ``lane`` from column ``i`` of the parameters."""
-        c, length, mass = size(raw, i), raw[P.HALF_LENGTH, i], raw[P.MASS, i]
+    def prepare(raw, given, coef, lane, width):
+        """A lane's coefficients from its parameters and what is given, (row, lane) flat."""
+        c, length, mass = size(raw, lane, width), raw[P.HALF_LENGTH * width + lane], raw[P.MASS * width + lane]
         coef[at.C * width + lane], coef[at.FORCE * width + lane] = c, mass * c
         coef[at.ENERGY * width + lane] = mass * c * c
         coef[at.KAPPA * width + lane], coef[at.KAPPA2 * width + lane] = c / length, (c / length) ** 2
-        coef[at.ROUND * width + lane] = raw[P.JOURNAL_RADIUS, i] / c
-        coef[at.BOUNCE * width + lane] = given[at.RESTITUTION, i]
-        coef[at.HERTZ * width + lane] = given[at.STIFFNESS, i]
-        coef[at.MU * width + lane], coef[at.SLIP * width + lane] = given[at.FRICTION, i], given[at.SLIP_SPEED, i] / c
-        coef[at.REST_HEIGHT * width + lane], coef[at.DRIVEN * width + lane] = given[at.REST, i], given[at.HELD, i]
-        z, z_force, force = raw[P.COM_Z, i], raw[P.POINT_Z, i] / mass, 1.0 / (mass * c)
-        gx, gy, gz = raw[P.GRAVITY_X, i], raw[P.GRAVITY_Y, i], raw[P.GRAVITY_Z, i]
-        kx, ky, kz = raw[P.FORCE_X, i], raw[P.FORCE_Y, i], raw[P.FORCE_Z, i]
+        coef[at.ROUND * width + lane] = raw[P.JOURNAL_RADIUS * width + lane] / c
+        coef[at.BOUNCE * width + lane] = given[at.RESTITUTION * width + lane]
+        coef[at.HERTZ * width + lane] = given[at.STIFFNESS * width + lane]
+        coef[at.MU * width + lane] = given[at.FRICTION * width + lane]
+        coef[at.SLIP * width + lane] = given[at.SLIP_SPEED * width + lane] / c
+        coef[at.REST_HEIGHT * width + lane] = given[at.REST * width + lane]
+        coef[at.DRIVEN * width + lane] = given[at.HELD * width + lane]
+        z, z_force, force = raw[P.COM_Z * width + lane], raw[P.POINT_Z * width + lane] / mass, 1.0 / (mass * c)
+        gx, gy, gz = raw[P.GRAVITY_X * width + lane], raw[P.GRAVITY_Y * width + lane], raw[P.GRAVITY_Z * width + lane]
+        kx, ky, kz = raw[P.FORCE_X * width + lane], raw[P.FORCE_Y * width + lane], raw[P.FORCE_Z * width + lane]
         coef[at.FX * width + lane], coef[at.FY * width + lane] = gx / c + kx * force, gy / c + ky * force
         coef[at.GX * width + lane] = (z * gx + z_force * kx) / (c * length)
         coef[at.GY * width + lane] = (z * gy + z_force * ky) / (c * length)
         coef[at.GZ * width + lane] = (z * gz + z_force * kz) / (c * c)
-        body_prepare(raw, given, i, coef, lane, width)
+        body_prepare(raw, given, coef, lane, width)
 
     @device
-    def start(given, i, y, coef, lane, width):
-        """State at the start; both contacts open until the caller has looked."""
+    def start(given, y, coef, lane, width):
+        """State at the start, but for turns; both contacts open until the caller has looked."""
         per_c = 1.0 / coef[at.C * width + lane]
         for component in range(8):
-            y[component * width + lane] = per_c * given[at.START_X + component, i]
+            y[component * width + lane] = per_c * given[(at.START_X + component) * width + lane]
         if spins:
-            y[at.SPIN_RATE * width + lane] = given[at.OMEGA, i]
+            y[at.SPIN_RATE * width + lane] = given[at.OMEGA * width + lane]
         else:
-            coef[at.OMEGA_FIXED * width + lane] = given[at.OMEGA, i]
-        orient(y, given, i, lane, width)
+            coef[at.OMEGA_FIXED * width + lane] = given[at.OMEGA * width + lane]
         coef[at.CLOSED_D * width + lane], coef[at.CLOSED_E * width + lane] = 0.0, 0.0
 
     return prepare, start
@@ -106,24 +105,37 @@ def build(section, body, rubs: bool) -> Equations:
     state = max(body.STATE, at.SPIN_RATE + 1 if spins else 0)
     turns = body.STATE > at.COS
 
+    @(strict if section.GLIMPSED else device)
+    def reach(y, ax, ay, bx, by, coef, lane, width):
+        """Of both ends: wall's normal, its lever, N/lambda; gaps, their rates, and second derivatives at free accelerations.
+
+        To the same bits in a block that flies and in one that does not.
+        """
+        ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+        ux, uy, vx, vy = y[4 * width + lane], y[5 * width + lane], y[6 * width + lane], y[7 * width + lane]
+        kappa = coef[at.KAPPA * width + lane]
+        sx, sy, tx, ty = kappa * wx, kappa * wy, kappa * vx, kappa * vy
+        ndx, ndy, ld, qd, gap_d, bias_d = touch(ox + wx, oy + wy, ux + vx, uy + vy, sx, sy, tx, ty, coef, lane, width)
+        nex, ney, le, qe, gap_e, bias_e = touch(
+            ox - wx, oy - wy, ux - vx, uy - vy, -sx, -sy, -tx, -ty, coef, lane, width
+        )
+        rate_d = -dot(ndx, ndy, fma(ld, vx, ux), fma(ld, vy, uy))
+        rate_e = -dot(nex, ney, fma(-le, vx, ux), fma(-le, vy, uy))
+        acc_d = bias_d - dot(ndx, ndy, fma(ld, bx, ax), fma(ld, by, ay))
+        acc_e = bias_e - dot(nex, ney, fma(-le, bx, ax), fma(-le, by, ay))
+        return (ndx, ndy, ld, qd), (nex, ney, le, qe), (gap_d, gap_e), (rate_d, rate_e), (acc_d, acc_e)
+
     @device
     def system(y, coef, lane, width):
         """Everything about one lane that does not depend on which contacts are closed."""
-        ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
+        wx, wy = y[2 * width + lane], y[3 * width + lane]
         ux, uy, vx, vy = y[4 * width + lane], y[5 * width + lane], y[6 * width + lane], y[7 * width + lane]
         spin = y[at.SPIN_RATE * width + lane] if spins else coef[at.OMEGA_FIXED * width + lane]
         kappa = coef[at.KAPPA * width + lane]
         sx, sy, tx, ty = kappa * wx, kappa * wy, kappa * vx, kappa * vy
         ax, ay, bx, by, a_spin, hold, factors = free(y, spin, coef, lane, width)
-        ndx, ndy, ld, qd, gap_d, bias_d = touch(ox + wx, oy + wy, ux + vx, uy + vy, sx, sy, tx, ty, coef, lane, width)
-        nex, ney, le, qe, gap_e, bias_e = touch(
-            ox - wx, oy - wy, ux - vx, uy - vy, -sx, -sy, -tx, -ty, coef, lane, width
-        )
+        (ndx, ndy, ld, qd), (nex, ney, le, qe), gap, rate, acc = reach(y, ax, ay, bx, by, coef, lane, width)
         mdx, mdy, mex, mey = ld * ndx, ld * ndy, -le * nex, -le * ney
-        rate_d = -(ndx * ux + ndy * uy + mdx * vx + mdy * vy)
-        rate_e = -(nex * ux + ney * uy + mex * vx + mey * vy)
-        acc_d = bias_d - (ndx * ax + ndy * ay + mdx * bx + mdy * by)
-        acc_e = bias_e - (nex * ax + ney * ay + mex * bx + mey * by)
         hd0, hd1, hd2, hd3, hd4 = -ndx, -ndy, -mdx, -mdy, 0.0
         he0, he1, he2, he3, he4 = -nex, -ney, -mex, -mey, 0.0
         power_d, power_e, slide_d, slide_e, torque_d, torque_e = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -152,8 +164,8 @@ def build(section, body, rubs: bool) -> Equations:
         a_ed = -(nex * pd[0] + ney * pd[1] + mex * pd[2] + mey * pd[3])
         a_ee = -(nex * pe[0] + ney * pe[1] + mex * pe[2] + mey * pe[3])
         return (
-            (ax, ay, bx, by, a_spin, hold), pd, pe, (a_dd, a_de, a_ed, a_ee), (acc_d, acc_e), (gap_d, gap_e), (rate_d, rate_e),
-            (qd, qe), (power_d, power_e, slide_d, slide_e, torque_d, torque_e), spin,
+            (ax, ay, bx, by, a_spin, hold), pd, pe, (a_dd, a_de, a_ed, a_ee), acc, gap, rate, (qd, qe),
+            (power_d, power_e, slide_d, slide_e, torque_d, torque_e), spin,
             (hd0, hd1, hd2, hd3, hd4, 0.0), (he0, he1, he2, he3, he4, 0.0),
         )  # fmt: skip
 
@@ -169,16 +181,15 @@ def build(section, body, rubs: bool) -> Equations:
         return (a_ee * r_d - a_de * r_e) * inverse, (a_dd * r_e - a_ed * r_d) * inverse
 
     @device
-    def rates(y, h, f, first, lane, width, a, pd, pe, l_d, l_e, spin, coef):
-        """h times the state's rates into ``f[first:]``."""
+    def rates(y, h, k, first, lane, width, a, pd, pe, l_d, l_e, spin, coef):
+        """h times the rates of the speeds, and of what follows them in the state, into ``k[first:]``."""
         for c in range(4):
-            f[first + c * width + lane] = h * y[(c + 4) * width + lane]
-            f[first + (c + 4) * width + lane] = h * (a[c] + l_d * pd[c] + l_e * pe[c])
+            k[first + c * width + lane] = h * (a[c] + l_d * pd[c] + l_e * pe[c])
         if spins:
             rate = a[4] + l_d * pd[4] + l_e * pe[4]
-            f[first + at.SPIN_RATE * width + lane] = h * coef[at.KAPPA * width + lane] * rate
+            k[first + (at.SPIN_RATE - at.OV_X) * width + lane] = h * coef[at.KAPPA * width + lane] * rate
         if turns:
-            turn(y, spin, h, f, first, coef, lane, width)
+            turn(y, spin, h, k, first - at.OV_X * width, coef, lane, width)
 
     @device
     def whirl(y, coef, lane, width):
@@ -193,59 +204,70 @@ def build(section, body, rubs: bool) -> Equations:
         return turn_d / d2 + turn_e / e2
 
     @device
-    def advance(y, coef, h, k, first, samples, row, lane, width):
-        """h y' into ``k[first:]`` and what the statistics want of this stage into ``samples[row:]``."""
+    def advance(y, coef, h, k, samples, lane, width):
+        """h times the speeds' rates into ``k`` and what the statistics want of this stage into ``samples``."""
         a, pd, pe, matrix, acc, _, _, q, rub, spin, _, _ = system(y, coef, lane, width)
         l_d, l_e = multipliers(matrix, acc, coef, lane, width)
-        rates(y, h, k, first, lane, width, a, pd, pe, l_d, l_e, spin, coef)
+        rates(y, h, k, 0, lane, width, a, pd, pe, l_d, l_e, spin, coef)
         n_d, n_e = q[0] * l_d, q[1] * l_e
-        samples[row + lane], samples[row + width + lane] = n_d, n_e
-        samples[row + 2 * width + lane] = squared(y[2 * width + lane], y[3 * width + lane])
+        samples[lane], samples[width + lane] = n_d, n_e
         if works:
             _, _, power = energies(y, spin, spins, coef, lane, width)
             heat = n_d * rub[0] + n_e * rub[1]
             if rubs:
                 drive = (a[5] + l_d * pd[5] + l_e * pe[5]) / coef[at.KAPPA * width + lane]
                 power += drive * spin
-                samples[row + at.S_DRIVE * width + lane] = drive
+                samples[at.S_DRIVE * width + lane] = drive
                 if swings:
-                    samples[row + at.S_DRIVE_POWER * width + lane] = drive * spin
-                samples[row + at.S_WHIRL * width + lane] = whirl(y, coef, lane, width)
-                samples[row + at.S_SLIP_D * width + lane] = n_d * rub[2] ** 0.5
-                samples[row + at.S_SLIP_E * width + lane] = n_e * rub[3] ** 0.5
-                samples[row + at.S_HEAT * width + lane] = -heat
-                samples[row + at.S_TORQUE * width + lane] = abs(n_d * rub[4] + n_e * rub[5])
-            samples[row + at.S_POWER * width + lane] = power + heat
+                    samples[at.S_DRIVE_POWER * width + lane] = drive * spin
+                samples[at.S_WHIRL * width + lane] = whirl(y, coef, lane, width)
+                samples[at.S_SLIP_D * width + lane] = n_d * rub[2] ** 0.5
+                samples[at.S_SLIP_E * width + lane] = n_e * rub[3] ** 0.5
+                samples[at.S_HEAT * width + lane] = -heat
+                samples[at.S_TORQUE * width + lane] = abs(n_d * rub[4] + n_e * rub[5])
+            samples[at.S_POWER * width + lane] = power + heat
 
     @device
-    def fly(y, coef, h, k, first, samples, row, lane, width):
-        """As :func:`advance` of a lane without contact, friction and torque, to the same bits."""
+    def fly(y, coef, h, k, lane, width):
+        """As :func:`advance` of a lane without contact, friction and torque, to the same bits; o and o' are not looked at."""
         ax, ay, bx, by, _, _, _ = free(y, coef[at.OMEGA_FIXED * width + lane], coef, lane, width)
+        k[lane], k[width + lane], k[2 * width + lane], k[3 * width + lane] = h * ax, h * ay, h * bx, h * by
+
+    @device
+    def see(y, spin, n_d, n_e, gap, rate, acc, coef, f, seen, lane, width):
+        """What every kind of scene sees; the torque's power."""
         for c in range(4):
-            k[first + c * width + lane] = h * y[(c + 4) * width + lane]
-        k[first + 4 * width + lane], k[first + 5 * width + lane] = h * ax, h * ay
-        k[first + 6 * width + lane], k[first + 7 * width + lane] = h * bx, h * by
-        samples[row + 2 * width + lane] = squared(y[2 * width + lane], y[3 * width + lane])
-        samples[row + lane], samples[row + width + lane] = 0.0, 0.0
+            f[c * width + lane] = y[(c + 4) * width + lane]
+        seen[at.N_D * width + lane], seen[at.N_E * width + lane] = n_d, n_e
+        seen[at.GAP_D * width + lane], seen[at.GAP_E * width + lane] = gap[0], gap[1]
+        seen[at.RATE_D * width + lane], seen[at.RATE_E * width + lane] = rate[0], rate[1]
+        seen[at.ACC_D * width + lane], seen[at.ACC_E * width + lane] = acc[0], acc[1]
+        wx, wy = y[2 * width + lane], y[3 * width + lane]
+        seen[at.W2 * width + lane] = dot(wx, wy, wx, wy)
+        seen[at.W2_RATE * width + lane] = 2.0 * dot(wx, wy, y[6 * width + lane], y[7 * width + lane])
+        kinetic, potential, power = energies(y, spin, spins, coef, lane, width)
+        seen[at.KINETIC * width + lane], seen[at.POTENTIAL * width + lane] = kinetic, potential
+        return power
+
+    @device
+    def glimpse(y, coef, f, seen, lane, width):
+        """As :func:`look` of a lane without contact, friction and torque, to the same bits."""
+        spin = coef[at.OMEGA_FIXED * width + lane]
+        ax, ay, bx, by, _, _, _ = free(y, spin, coef, lane, width)
+        _, _, gap, rate, acc = reach(y, ax, ay, bx, by, coef, lane, width)
+        f[4 * width + lane], f[5 * width + lane], f[6 * width + lane], f[7 * width + lane] = ax, ay, bx, by
+        see(y, spin, 0.0, 0.0, gap, rate, acc, coef, f, seen, lane, width)
 
     @device
     def look(y, coef, f, seen, lane, width):
         """y' into ``f``, and gaps, forces and energies into ``seen``."""
         a, pd, pe, matrix, acc, gap, rate, q, rub, spin, _, _ = system(y, coef, lane, width)
         l_d, l_e = multipliers(matrix, acc, coef, lane, width)
-        rates(y, 1.0, f, 0, lane, width, a, pd, pe, l_d, l_e, spin, coef)
+        rates(y, 1.0, f, 4 * width, lane, width, a, pd, pe, l_d, l_e, spin, coef)
         a_dd, a_de, a_ed, a_ee = matrix
         n_d, n_e = q[0] * l_d, q[1] * l_e
-        seen[at.N_D * width + lane], seen[at.N_E * width + lane] = n_d, n_e
-        seen[at.GAP_D * width + lane], seen[at.GAP_E * width + lane] = gap[0], gap[1]
-        seen[at.RATE_D * width + lane], seen[at.RATE_E * width + lane] = rate[0], rate[1]
-        seen[at.ACC_D * width + lane] = acc[0] + a_dd * l_d + a_de * l_e
-        seen[at.ACC_E * width + lane] = acc[1] + a_ed * l_d + a_ee * l_e
-        wx, wy = y[2 * width + lane], y[3 * width + lane]
-        seen[at.W2 * width + lane] = wx * wx + wy * wy
-        seen[at.W2_RATE * width + lane] = 2.0 * (wx * y[6 * width + lane] + wy * y[7 * width + lane])
-        kinetic, potential, power = energies(y, spin, spins, coef, lane, width)
-        seen[at.KINETIC * width + lane], seen[at.POTENTIAL * width + lane] = kinetic, potential
+        acc = acc[0] + a_dd * l_d + a_de * l_e, acc[1] + a_ed * l_d + a_ee * l_e
+        power = see(y, spin, n_d, n_e, gap, rate, acc, coef, f, seen, lane, width)
         if works:
             heat = n_d * rub[0] + n_e * rub[1]
             if rubs:
@@ -330,11 +352,13 @@ def build(section, body, rubs: bool) -> Equations:
         add(y, at.OV_X, rows, rate_d if on_d else 0.0, rate_e if on_e else 0.0, inverse, lane, width)
         normalise(y, coef, lane, width)
 
-    samples = 11 if swings else 10 if rubs else 4 if works else 3
+    samples = 10 if swings else 9 if rubs else 3 if works else 2
     seen = at.SEEN if rubs else at.POWER + 1 if works else at.POWER
+    glimpsed = section.GLIMPSED and not works
     return Equations(
-        state, body.COEFFICIENTS, samples, seen, spins, works, rubs, swings, section.FAR, section.UNIT,
-        prepare, start, advance, fly, look, forces, touch, system, multipliers, kick, place, project, body.momentum,
+        state, body.COEFFICIENTS, samples, seen, spins, works, glimpsed, rubs, swings, section.FAR, section.UNIT,
+        prepare, start, body.orient, advance, fly, look, glimpse, free, forces, reach, system, multipliers, kick, place,
+        project, body.momentum,
     )  # fmt: skip
 
 

@@ -27,12 +27,13 @@ _FARTHEST = 0.66  # change of the direction's tangent in one iteration
 
 FAR = 0.8
 UNIT = True
+GLIMPSED = False
 
 
 @device
-def size(raw, i):
+def size(raw, lane, width):
     """c, m."""
-    return raw[P.BEARING_RADIUS, i] - raw[P.JOURNAL_RADIUS, i]
+    return raw[P.BEARING_RADIUS * width + lane] - raw[P.JOURNAL_RADIUS * width + lane]
 
 
 @device

@@ -32,24 +32,25 @@ COEFFICIENTS = at.FIRST + 22
 
 
 @device
-def prepare(raw, given, i, coef, lane, width):
+def prepare(raw, given, coef, lane, width):
     """Coefficients of lane ``lane``; those of the joint are there already."""
-    mass, length = raw[P.MASS, i], raw[P.HALF_LENGTH, i]
+    mass, length = raw[P.MASS * width + lane], raw[P.HALF_LENGTH * width + lane]
     c = coef[at.C * width + lane]
     for axis in range(3):
-        coef[(_RX + axis) * width + lane] = raw[P.COM_X + axis, i] / length
-        coef[(_AX + axis) * width + lane] = raw[P.GRAVITY_X + axis, i] / c
-        coef[(_KX + axis) * width + lane] = raw[P.FORCE_X + axis, i] / (mass * c)
-        coef[(_PX + axis) * width + lane] = raw[P.POINT_X + axis, i] / length
-        coef[(_TX + axis) * width + lane] = raw[P.TORQUE_X + axis, i] / (mass * c * length)
+        coef[(_RX + axis) * width + lane] = raw[(P.COM_X + axis) * width + lane] / length
+        coef[(_AX + axis) * width + lane] = raw[(P.GRAVITY_X + axis) * width + lane] / c
+        coef[(_KX + axis) * width + lane] = raw[(P.FORCE_X + axis) * width + lane] / (mass * c)
+        coef[(_PX + axis) * width + lane] = raw[(P.POINT_X + axis) * width + lane] / length
+        coef[(_TX + axis) * width + lane] = raw[(P.TORQUE_X + axis) * width + lane] / (mass * c * length)
     for entry in range(6):
-        coef[(_JXX + entry) * width + lane] = raw[P.J_XX + entry, i] / (mass * length * length)
+        coef[(_JXX + entry) * width + lane] = raw[(P.J_XX + entry) * width + lane] / (mass * length * length)
 
 
 @device
-def orient(y, given, i, lane, width):
+def orient(y, given, lane, width):
     """The part of the start that belongs to the turn about the axis."""
-    y[at.COS * width + lane], y[at.SIN * width + lane] = math.cos(given[at.CHI, i]), math.sin(given[at.CHI, i])
+    chi = given[at.CHI * width + lane]
+    y[at.COS * width + lane], y[at.SIN * width + lane] = math.cos(chi), math.sin(chi)
 
 
 @device

@@ -29,27 +29,27 @@ _normalise, _body, _in_frame, _cross = general.normalise, general._body, general
 
 
 @device
-def prepare(raw, given, i, coef, lane, width):
+def prepare(raw, given, coef, lane, width):
     """As :func:`general.prepare`, and what swings."""
-    _prepare(raw, given, i, coef, lane, width)
-    mass, c, length = raw[P.MASS, i], coef[at.C * width + lane], raw[P.HALF_LENGTH, i]
+    _prepare(raw, given, coef, lane, width)
+    mass, c, length = raw[P.MASS * width + lane], coef[at.C * width + lane], raw[P.HALF_LENGTH * width + lane]
     for term in range(4):
         row, first = P.FORCE_TERM_1_X + term * _TERM, _TERMS + term * _ROWS
-        coef[first * width + lane] = oscillators.TAU * raw[row + 3, i]
+        coef[first * width + lane] = oscillators.TAU * raw[(row + 3) * width + lane]
         unit = 1.0 / (mass * c) if term < 2 else 1.0 / (mass * c * length)
-        turns = given[at.TURNS_1 + term, i]
+        turns = given[(at.TURNS_1 + term) * width + lane]
         for axis in range(3):
-            coef[(first + 1 + axis) * width + lane] = (1.0 - turns) * unit * raw[row + axis, i]
-            coef[(first + 4 + axis) * width + lane] = turns * unit * raw[row + axis, i]
-    oscillators.prepare_drive(raw, i, coef, _DRIVE, lane, width)
+            coef[(first + 1 + axis) * width + lane] = (1.0 - turns) * unit * raw[(row + axis) * width + lane]
+            coef[(first + 4 + axis) * width + lane] = turns * unit * raw[(row + axis) * width + lane]
+    oscillators.prepare_drive(raw, coef, _DRIVE, lane, width)
 
 
 @device
-def orient(y, given, i, lane, width):
+def orient(y, given, lane, width):
     """The turn about the axis and all phases at the start."""
-    _orient(y, given, i, lane, width)
+    _orient(y, given, lane, width)
     for oscillator in range(5):
-        oscillators.orient(y, _PHASES + 2 * oscillator, given[at.PHASE_1 + oscillator, i], lane, width)
+        oscillators.orient(y, _PHASES + 2 * oscillator, given[(at.PHASE_1 + oscillator) * width + lane], lane, width)
 
 
 @device

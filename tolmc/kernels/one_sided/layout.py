@@ -7,6 +7,7 @@ w = (u, v)/c, kappa = c/L, s = kappa w the slope of the axis. Forces are over m 
 
 from __future__ import annotations
 
+from tolmc.kernels import results as R
 from tolmc.kernels.lanes import WIDTH as WIDTH
 
 # The state; a symmetric body without friction has the first eight, with friction nine.
@@ -40,9 +41,9 @@ FIRST = 21
 ) = range(26)  # fmt: skip
 SEEN = 26
 
-# What is taken at every stage: the forces, |w|^2, and where there is friction or a torque their powers; TORQUE is the size of
-# friction's moment about the axis, DRIVE the moment that holds Omega.
-S_D, S_E, S_W2, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE, S_DRIVE_POWER = range(11)
+# What is taken at every stage: the forces, and where there is friction or a torque their powers; TORQUE is the size of
+# friction's moment about the axis, DRIVE the moment that holds Omega. |w|^2, W2, is taken at a step's ends alone.
+S_D, S_E, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE, S_DRIVE_POWER, S_W2 = range(11)
 
 # What a lane carries along, and sets out from at zero.
 (
@@ -59,27 +60,19 @@ S_D, S_E, S_W2, S_POWER, S_SLIP_D, S_SLIP_E, S_HEAT, S_TORQUE, S_WHIRL, S_DRIVE,
 ) = range(44, 54)  # fmt: skip
 FRICTIONLESS, RUBBING = 44, 54
 # What one round's loops leave for the next ones: the time gone, the length of a step but for the wall (0 where it is not aimed
-# at), the time from a step's end to the wall, who takes part in an impact, who may stay, whether it is an impact, whether
-# anything was struck and whether all contacts leave; and rows E_TIME to E_E of the last event.
-GONE, CAP, REST_D, REST_E, ON_THE_WALL_D, ON_THE_WALL_E, CAN_STAY_D, CAN_STAY_E, HITS, STRUCK, LEAVES = range(54, 65)
-LAST_EVENT, CARRIED = 65, 73
+# at), whether it may come to it all the same, the time from a step's end to the wall, who takes part in an impact, who may
+# stay, whether it is an impact, whether anything was struck and whether all contacts leave; and rows E_TIME to E_E of the last
+# event.
+(
+    GONE, CAP, DOUBT, REST_D, REST_E, ON_THE_WALL_D, ON_THE_WALL_E, CAN_STAY_D, CAN_STAY_E, HITS, STRUCK, LEAVES,
+) = range(54, 66)  # fmt: skip
+LAST_EVENT, CARRIED = 66, 74
 
 # What becomes of a lane after a round: the start is kept and the step shortened, or the step is taken; then an event.
 KEEP, TAKE, IMPACT, RELEASE_D, RELEASE_E, RELEASE_BOTH, FALL_BACK_D, FALL_BACK_E, START = range(9)
 
-# Results, a row each (row, sample). Integrals and not means, so that a motion's two parts can be joined.
-(
-    R_STATUS, R_END, R_ROUNDS, R_EVENTS,
-    R_D_MAX, R_D_MIN, R_E_MAX, R_E_MIN, R_TILT,
-    R_INTEGRAL_D, R_INTEGRAL_E, R_SQUARE_D, R_SQUARE_E, R_TIME_D, R_TIME_E, R_TIME_FREE,
-    R_LOST_AT, R_HIT_AT, R_IMPACT_LOSS,
-    R_COUNT_D, R_COUNT_E, R_SPEED_D, R_SPEED_E, R_IMPULSE_D, R_IMPULSE_E, R_TOTAL_D, R_TOTAL_E, R_PEAK_D, R_PEAK_E,
-    R_ENERGY_ERROR, R_MOMENTUM_ERROR, R_PENETRATION,
-    R_X, R_Y, R_AXIS_X, R_AXIS_Y, R_AXIS_Z, R_OMEGA, R_CLOSED_D, R_CLOSED_E,
-    R_SLIP_D, R_SLIP_E, R_HEAT, R_TORQUE, R_TORQUE_MAX, R_SLOW, R_TURN, R_DRIVE, R_DRIVE_MAX,
-    R_DRIVE_WORK,
-) = range(50)  # fmt: skip
-RESULTS = 50
+# Beside the rows of :mod:`tolmc.kernels.results`, where motions that keep contact leave their states: what a lane has taken.
+R_ROUNDS, R_EVENTS = R.STATE, R.STATE + 1
 
 # Rows of a record along one motion.
 (
@@ -90,4 +83,6 @@ RECORD = 14
 E_TIME, E_KIND, E_IMPULSE_D, E_IMPULSE_E, E_SPEED_D, E_SPEED_E, E_D, E_E = range(8)
 EVENT = 8
 
-OK, DIVERGED, TOO_MANY, PENETRATES, NO_SOLUTION, UNRESOLVED, LOST = range(7)
+# What becomes of a motion, by the codes of its results.
+OK, DIVERGED, TOO_MANY, NO_SOLUTION, LOST = R.OK, R.DIVERGED, R.TOO_MANY_IMPACTS, R.NO_CONTACT_FORCES, R.CONTACT_LOST
+PENETRATES = UNRESOLVED = R.CONTACT_UNRESOLVED

@@ -22,12 +22,12 @@ DRIVE = 3
 
 
 @device
-def prepare_drive(raw, i, coef, first, lane, width):
+def prepare_drive(raw, coef, first, lane, width):
     """The drive's coefficients from row ``first`` on."""
-    frequency = TAU * raw[P.DRIVE_FREQUENCY, i]
+    frequency = TAU * raw[P.DRIVE_FREQUENCY * width + lane]
     coef[(first + FREQUENCY) * width + lane] = frequency
-    coef[(first + RATE) * width + lane] = frequency * raw[P.DRIVE_AMPLITUDE, i]
-    coef[(first + MEAN) * width + lane] = raw[P.SPIN_RATE, i]
+    coef[(first + RATE) * width + lane] = frequency * raw[P.DRIVE_AMPLITUDE * width + lane]
+    coef[(first + MEAN) * width + lane] = raw[P.SPIN_RATE * width + lane]
 
 
 @device

@@ -15,13 +15,15 @@ from tolmc.kernels.one_sided import clock as clocks
 from tolmc.kernels.one_sided import layout as at
 
 #: The step and the look; of a lane, of its events and of its samples.
-step = look = screen = decide = take = approach = strike = settle = jump = renew = aim = refine = None
-load = begin = state_of = store = note = None
+step = look = screen = decide = take = approach = strike = settle = jump = renew = forecast = None
+fetch = load = begin = state_of = store = note = None
 #: Whether :data:`strike` leaves impacts to :data:`jump`.
 rubs = None
 #: Rows of the buffer, and how many there are.
 rows = y_rows = end_rows = argument_rows = f0_rows = f1_rows = k_rows = coef_rows = lane_rows = None
-seen0_rows = seen1_rows = sample_rows = None
+seen0_rows = seen1_rows = sample_rows = result_rows = None
+#: Of the samples that wait.
+raw_rows = given_rows = start_rows = ready_rows = gap_rows = None
 
 
 def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, events):
@@ -36,7 +38,8 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
         Events after which a sample is given up.
     accuracy : float
         Penetration over c that ends a sample.
-    out : (layout.RESULTS, n) array
+    out : (results.RESULTS, n) array
+        The largest tilt by its tangent; what wears is the caller's. No step is done again: energy watches every sample.
     counts : (3,) int64 array
         Gets the rounds, and the rows and events of the record.
     record, events : (layout.RECORD, rows), (layout.EVENT, rows) arrays
@@ -51,22 +54,22 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
     y, end, argument, f0, f1 = work[y_rows], work[end_rows], work[argument_rows], work[f0_rows], work[f1_rows]
     k, coef, lanes = work[k_rows], work[coef_rows], work[lane_rows]
     seen0, seen1, samples = work[seen0_rows], work[seen1_rows], work[sample_rows]
+    results = work[result_rows]
+    waiting = work[raw_rows], work[given_rows], work[start_rows], work[ready_rows], work[gap_rows]
     decision, calls = np.empty(WIDTH, np.int64), np.empty(WIDTH, np.int64)
     limits = (float(steps), duration, float(most), accuracy)
     step_length, until = duration / steps, duration * (1.0 - clocks.ROUNDING)
-    queue = 0
+    busy, queue = min(n, WIDTH), min(n, WIDTH)
+    fetch(raw, given, 0, waiting)
     for lane in range(WIDTH):
-        load(raw, given, min(queue, n - 1), y, coef, lanes, f0, seen0, lane)
-        lanes[at.BUSY * WIDTH + lane] = 1.0 if queue < n else 0.0
+        column = min(lane, n - 1)
+        load(waiting, column, column, y, coef, lanes, f0, seen0, lane)
+        lanes[at.BUSY * WIDTH + lane] = 1.0 if lane < n else 0.0
         decision[lane] = at.START
-        queue += 1
-    busy = min(n, WIDTH)
     look(y, coef, f1, seen1, argument, step_length)
     renew(f0, seen0, f1, seen1, decision)
-    for lane in range(WIDTH):
-        begin(raw, y, coef, lanes, seen0, lane)
-    if aim(coef, lanes, seen0, step_length, duration, decision) > 0:
-        refine(y, f0, coef, lanes, argument)
+    begin(y, coef, lanes, seen0, decision)
+    forecast(y, f0, coef, lanes, seen0, argument, step_length, duration, decision)
     recording = record.shape[1] > 0
     if recording:
         note(record, events, counts, y, coef, lanes, seen0, False)
@@ -97,6 +100,7 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
             if recording and decision[0] == at.IMPACT:
                 note(record, events, counts, y, coef, lanes, seen0, False)
             jumped = strike(y, coef, lanes, seen0, until, decision, calls)
+        ended = 0
         for lane in range(WIDTH if called > 0 else 0):
             if calls[lane] == 0:
                 continue
@@ -112,10 +116,18 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
                 lanes[at.TRIES * WIDTH + lane] = 0.0
                 jumped += 1
             status = state_of(lanes, seen0, steps, most, accuracy, lane)
-            if done or status != at.OK:
-                store(y, coef, lanes, seen0, out, lane, status)
+            lanes[at.STATUS * WIDTH + lane] = status
+            calls[lane] = 1 if done or status != at.OK else 0
+            ended += calls[lane]
+        if ended > 0:
+            store(y, coef, lanes, duration, results, out, calls)
+            for lane in range(WIDTH):
+                if calls[lane] == 0:
+                    continue
                 if queue < n:
-                    load(raw, given, queue, y, coef, lanes, f0, seen0, lane)
+                    if queue % WIDTH == 0:
+                        fetch(raw, given, queue, waiting)
+                    load(waiting, queue % WIDTH, queue, y, coef, lanes, f0, seen0, lane)
                     queue += 1
                     decision[lane] = at.START
                     jumped += 1
@@ -125,10 +137,8 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
         if jumped > 0:
             look(y, coef, f1, seen1, argument, step_length)
             renew(f0, seen0, f1, seen1, decision)
-            for lane in range(WIDTH):
-                if decision[lane] == at.START:
-                    begin(raw, y, coef, lanes, seen0, lane)
+            if ended > 0:
+                begin(y, coef, lanes, seen0, decision)
             if recording and decision[0] > at.TAKE and lanes[at.BUSY * WIDTH] > 0.0:
                 note(record, events, counts, y, coef, lanes, seen0, True)
-        if aim(coef, lanes, seen0, step_length, duration, decision) > 0:
-            refine(y, f0, coef, lanes, argument)
+        forecast(y, f0, coef, lanes, seen0, argument, step_length, duration, decision)

@@ -13,28 +13,21 @@ import numpy as np
 
 from tolmc.kernels.interpolation import through
 from tolmc.kernels.jit import device, once, routine
+from tolmc.kernels.one_sided import formula as formulas
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.integrals import closed
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.steppers import NUDGE
-from tolmc.kernels.tableaux import (
-    CLASSICAL,
-    DORMAND_PRINCE,
-    midpoint_rk4,
-    stage_argument_rk4,
-    stage_argument_rk8,
-    step_end_rk4,
-    step_end_rk8,
-)
+from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE
 
 
 class Stepper(NamedTuple):
-    """Device functions of a formula on given equations."""
+    """Device functions of a formula on given equations; ``k_rows`` rows are what its stages keep."""
 
     stages: int
+    k_rows: int
     step: object
-    evaluate: object
     look: object
     looked_samples: object
     ends: object
@@ -63,21 +56,25 @@ def replacer(rows: int) -> Callable:
 
 def build(equations: Equations, rk4: bool) -> Stepper:
     """The round of one formula."""
-    tableau = CLASSICAL if rk4 else DORMAND_PRINCE
-    argument_at, end_at = (stage_argument_rk4, step_end_rk4) if rk4 else (stage_argument_rk8, step_end_rk8)
-    stages = tableau.stages
+    formula = formulas.build(equations, rk4)
+    stages, plain_step, midpoint = formula.stages, formula.step, formula.midpoint
     n_state, n_samples = equations.state, equations.samples
-    size, stride = n_state * WIDTH, n_samples * WIDTH
-    advance, fly, look_at, project = equations.advance, equations.fly, equations.look, equations.project
-    flies, rubs, forces = not equations.works, equations.rubs, equations.forces
+    size, stride, speeds = n_state * WIDTH, n_samples * WIDTH, at.OV_X * WIDTH
+    advance, look_at, project = equations.advance, equations.look, equations.project
+    glimpse, glimpsed, forces = equations.glimpse, equations.glimpsed, equations.forces
+    flies, rubs = not equations.works, equations.rubs
     rows = (0, stages, stages) if rk4 else DORMAND_PRINCE.samples
     row_1, row_2, row_3 = rows[1], rows[2], rows[3 % len(rows)]
 
     @routine
     def look(y, coef, f, seen, argument, step_length):
         """y' and what is seen at every lane's state; rates of forces from a look a little way along the motion."""
-        for lane in range(WIDTH):
-            look_at(y, coef, f, seen, lane, WIDTH)
+        if glimpsed and closed(coef) == 0:
+            for lane in range(WIDTH):
+                glimpse(y, coef, f, seen, lane, WIDTH)
+        else:
+            for lane in range(WIDTH):
+                look_at(y, coef, f, seen, lane, WIDTH)
         # With friction whatever the others do: a moment that holds Omega has a rate in flight too, and no old rate stays.
         if rubs or closed(coef) > 0.0:
             dt = NUDGE * step_length
@@ -92,42 +89,25 @@ def build(equations: Equations, rk4: bool) -> Stepper:
                     seen[at.DRIVE_RATE * WIDTH + lane] = (drive - seen[at.DRIVE * WIDTH + lane]) / dt
 
     @routine
-    def evaluate(in_flight, argument, coef, h, k, samples):
-        """One stage of every lane's step of length ``h``: h y' and the samples there."""
-        if in_flight:
-            for lane in range(WIDTH):
-                fly(argument, coef, h[lane], k, 0, samples, 0, lane, WIDTH)
-        else:
-            for lane in range(WIDTH):
-                advance(argument, coef, h[lane], k, 0, samples, 0, lane, WIDTH)
-
-    @routine
     def step(y, coef, f0, seen, lanes, k, argument, samples, end):
         """One step of every lane from ``y`` to ``end``, projected; stage values into ``samples`` (stage, quantity, lane)."""
         h = coef[at.STEP * WIDTH : (at.STEP + 1) * WIDTH]
-        for c in range(n_state):
-            for lane in range(WIDTH):
-                k[c * WIDTH + lane] = h[lane] * f0[c * WIDTH + lane]
         in_flight = flies and closed(coef) == 0
-        for stage in range(1, stages):
-            argument_at(stage, y, k, argument, size)
-            row, place = stage * size, stage * stride
-            evaluate(in_flight, argument, coef, h, k[row : row + size], samples[place : place + stride])
-        end_at(y, k, end, size)
+        plain_step(in_flight, y, f0, coef, h, k, argument, samples, end)
         if not in_flight:
             for lane in range(WIDTH):
                 on_d, on_e = coef[at.CLOSED_D * WIDTH + lane] > 0.0, coef[at.CLOSED_E * WIDTH + lane] > 0.0
                 project(end, coef, on_d, on_e, lane, WIDTH)
-        if rk4:
-            midpoint_rk4(y, k, argument, size)
-            for lane in range(WIDTH):
-                advance(argument, coef, 0.0, k, stages * size, samples, stages * stride, lane, WIDTH)
+            if rk4:
+                midpoint(y, k, argument)
+                after, there = k[stages * (size - speeds) :], samples[stages * stride :]
+                for lane in range(WIDTH):
+                    advance(argument, coef, 0.0, after, there, lane, WIDTH)
 
     @device
     def looked_samples(samples, seen0, seen1, quantity, lane):
-        """A quantity (N_D, N_E, |w|^2, a torque) at the start, at two or three places of the step, and at its end."""
-        row = at.N_D + quantity if quantity < 2 else at.W2
-        row = at.TORQUE if quantity == at.S_TORQUE else at.DRIVE if quantity == at.S_DRIVE else row
+        """A quantity (N_D, N_E, a torque) at the start, at two or three places of the step, and at its end."""
+        row = at.N_D + quantity if quantity < 2 else at.TORQUE if quantity == at.S_TORQUE else at.DRIVE
         first, last = seen0[row * WIDTH + lane], seen1[row * WIDTH + lane]
         s1 = samples[(row_1 * n_samples + quantity) * WIDTH + lane]
         if rk4:
@@ -151,4 +131,4 @@ def build(equations: Equations, rk4: bool) -> Stepper:
             h * seen0[rate * WIDTH + lane], h * seen1[rate * WIDTH + lane],
         )  # fmt: skip
 
-    return Stepper(stages, step, evaluate, look, looked_samples, ends)
+    return Stepper(stages, formula.rows, step, look, looked_samples, ends)

@@ -17,32 +17,35 @@ from __future__ import annotations
 import math
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device, strict
+from tolmc.kernels.jit import device, dot, fma, strict
 from tolmc.kernels.one_sided import layout as at
 
 SPINS = False  # whether the spin's rate is part of the body's equations even without friction
 SWINGS = False  # whether loads or a drive swing
 STATE = 8
-COEFFICIENTS = at.FIRST + 6
+COEFFICIENTS = at.FIRST + 8
 
-_B, _Z, _IB, _Z2, _GYRO, _INVERSE_SPIN = range(at.FIRST, at.FIRST + 6)
+_B, _Z, _IB, _Z2, _BK, _Z2K, _GYRO, _INVERSE_SPIN = range(at.FIRST, at.FIRST + 8)
 
 
 @device
-def prepare(raw, given, i, coef, lane, width):
+def prepare(raw, given, coef, lane, width):
     """Coefficients of lane ``lane``; those of the joint and the loads are there already."""
-    mass, length = raw[P.MASS, i], raw[P.HALF_LENGTH, i]
+    mass, length = raw[P.MASS * width + lane], raw[P.HALF_LENGTH * width + lane]
     per_inertia = 1.0 / (mass * length * length)
-    b, z, spin = raw[P.J_XX, i] * per_inertia, raw[P.COM_Z, i] / length, raw[P.J_ZZ, i] * per_inertia
+    b, spin = raw[P.J_XX * width + lane] * per_inertia, raw[P.J_ZZ * width + lane] * per_inertia
+    z = raw[P.COM_Z * width + lane] / length
     coef[_B * width + lane], coef[_Z * width + lane] = b, z
     coef[_IB * width + lane], coef[_Z2 * width + lane] = 1.0 / (b - z * z), z * z
+    kappa2 = coef[at.KAPPA2 * width + lane]
+    coef[_BK * width + lane], coef[_Z2K * width + lane] = b * kappa2, z * z * kappa2
     coef[_GYRO * width + lane] = spin
-    free = spin > 0.0 and coef[at.DRIVEN * width + lane] == 0.0
+    free = (spin > 0.0) & (coef[at.DRIVEN * width + lane] == 0.0)
     coef[_INVERSE_SPIN * width + lane] = 1.0 / spin if free else 0.0
 
 
 @device
-def orient(y, given, i, lane, width):
+def orient(y, given, lane, width):
     """The part of the start that belongs to the turn about the axis: none here."""
 
 
@@ -56,47 +59,39 @@ def free(y, spin, coef, lane, width):
     vx, vy = y[at.WV_X * width + lane], y[at.WV_Y * width + lane]
     kappa2, b, z = coef[at.KAPPA2 * width + lane], coef[_B * width + lane], coef[_Z * width + lane]
     z2 = coef[_Z2 * width + lane]
-    g = 1.0 + kappa2 * (wx * wx + wy * wy)
-    bottom = b * g - z2
-    inverse = 1.0 / (g * bottom)
-    n2 = inverse * bottom
-    n = math.sqrt(n2)
-    i1, i2 = g * coef[_IB * width + lane], z2 * g * g * inverse * kappa2 * n2
-    k1 = z * n
-    rho = kappa2 * n2 * (wx * vx + wy * vy)
-    turning = kappa2 * n2 * (vx * vx + vy * vy) - rho * rho
-    lever = k1 * turning - 2.0 * k1 * rho * rho
-    fx = coef[at.FX * width + lane] + 2.0 * k1 * rho * vx + lever * wx
-    fy = coef[at.FY * width + lane] + 2.0 * k1 * rho * vy + lever * wy
+    g = fma(kappa2, dot(wx, wy, wx, wy), 1.0)
+    bottom = fma(b, g, -z2)
+    inverse, root = 1.0 / (g * bottom), math.sqrt(g)
+    n2, per_bottom = inverse * bottom, inverse * g
+    # Not the root of n2, which would have to wait for the division.
+    n, kn = n2 * root, kappa2 * n2
+    i1, i2 = g * coef[_IB * width + lane], per_bottom * coef[_Z2K * width + lane]
+    i3, k1 = per_bottom * coef[_BK * width + lane], z * n
+    rho = kn * dot(wx, wy, vx, vy)
+    swing, lever = 2.0 * k1 * rho, k1 * fma(-3.0 * rho, rho, kn * dot(vx, vy, vx, vy))
+    fx = fma(lever, wx, fma(swing, vx, coef[at.FX * width + lane]))
+    fy = fma(lever, wy, fma(swing, vy, coef[at.FY * width + lane]))
     gyro = coef[_GYRO * width + lane] * spin * n * n2
-    along = kappa2 * (gyro * (wy * vx - wx * vy) - n * coef[at.GZ * width + lane])
+    along = kappa2 * fma(gyro, dot(wy, -wx, vx, vy), -n * coef[at.GZ * width + lane])
     damp = 2.0 * b * rho * n2
-    gx = n * coef[at.GX * width + lane] + damp * vx - gyro * vy + along * wx
-    gy = n * coef[at.GY * width + lane] + damp * vy + gyro * vx + along * wy
-    factors = (
-        wx,
-        wy,
-        kappa2,
-        kappa2 * n2,
-        i1,
-        i2,
-        k1,
-        coef[_INVERSE_SPIN * width + lane],
-        coef[at.DRIVEN * width + lane],
-    )
-    ax, ay, bx, by = _strictly_solved(fx, fy, gx - k1 * fx, gy - k1 * fy, factors)
+    gx = fma(along, wx, fma(-gyro, vy, fma(damp, vx, n * coef[at.GX * width + lane])))
+    gy = fma(along, wy, fma(gyro, vx, fma(damp, vy, n * coef[at.GY * width + lane])))
+    factors = wx, wy, kappa2, i1, i2, i3, k1, coef[_INVERSE_SPIN * width + lane], coef[at.DRIVEN * width + lane]
+    ax, ay, bx, by = _solved(fx, fy, fma(-k1, fx, gx), fma(-k1, fy, gy), factors)
     return ax, ay, bx, by, 0.0, 0.0, factors
 
 
+@strict
 def _solved(fx, fy, sx, sy, factors):
-    wx, wy, _, kn, i1, i2, k1, _, _ = factors
-    along = i2 * (wx * sx + wy * sy)
-    bx, by = i1 * (sx - along * wx), i1 * (sy - along * wy)
-    along = kn * (wx * bx + wy * by)
-    return fx - k1 * (bx - along * wx), fy - k1 * (by - along * wy), bx, by
+    """The accelerations from f_o and s = P^-1 f_w - k1 f_o.
 
-
-_contracted, _strictly_solved = device(_solved), strict(_solved)
+    w'' = i1 (I - i2 w w^T) s and P w'' = i1 (I - i3 w w^T) s, i1 = g/(B - Z^2), i2, i3 = kappa^2 (Z^2, B)/(B g - Z^2), g = 1/y.
+    """
+    wx, wy, _, i1, i2, i3, k1, _, _ = factors
+    ws = dot(wx, wy, sx, sy)
+    along, across, ik = i2 * ws, i3 * ws, k1 * i1
+    ax, ay = fma(-ik, fma(-across, wx, sx), fx), fma(-ik, fma(-across, wy, sy), fy)
+    return ax, ay, i1 * fma(-along, wx, sx), i1 * fma(-along, wy, sy)
 
 
 @device
@@ -104,30 +99,34 @@ def solve(fx, fy, gx, gy, spin, factors):
     """M^-1 times the generalised forces on o, w and Omega/kappa, and what holds Omega where a drive does."""
     wx, wy, kappa2, _, _, _, k1, inverse_spin, driven = factors
     along = kappa2 * (wx * gx + wy * gy)
-    ax, ay, bx, by = _contracted(fx, fy, gx + along * wx - k1 * fx, gy + along * wy - k1 * fy, factors)
+    ax, ay, bx, by = _solved(fx, fy, gx + along * wx - k1 * fx, gy + along * wy - k1 * fy, factors)
     return ax, ay, bx, by, spin * inverse_spin, -driven * spin
 
 
-@device
+@strict
 def energies(y, spin, spins, coef, lane, width):
     """T, V and the torque's power; without ``spins`` T lacks the constant C Omega^2/2."""
     wx, wy = y[at.W_X * width + lane], y[at.W_Y * width + lane]
     ux, uy = y[at.OV_X * width + lane], y[at.OV_Y * width + lane]
     vx, vy = y[at.WV_X * width + lane], y[at.WV_Y * width + lane]
     kappa2, b, z = coef[at.KAPPA2 * width + lane], coef[_B * width + lane], coef[_Z * width + lane]
-    w2, dot = wx * wx + wy * wy, wx * vx + wy * vy
-    n2 = 1.0 / (1.0 + kappa2 * w2)
-    n = math.sqrt(n2)
-    rho = kappa2 * n2 * dot
-    kinetic = 0.5 * (ux * ux + uy * uy) + z * n * (ux * (vx - rho * wx) + uy * (vy - rho * wy))
-    kinetic += 0.5 * b * n2 * (vx * vx + vy * vy - rho * dot)
+    w2, wv = dot(wx, wy, wx, wy), dot(wx, wy, vx, vy)
+    g = fma(kappa2, w2, 1.0)
+    root = math.sqrt(g)
+    inverse = 1.0 / (g * (g + root))
+    n2 = inverse * (g + root)
+    n, rho = n2 * root, kappa2 * n2 * wv
+    lever = z * n * dot(ux, uy, fma(-rho, wx, vx), fma(-rho, wy, vy))
+    kinetic = fma(0.5, dot(ux, uy, ux, uy), lever)
+    kinetic = fma(0.5 * b * n2, fma(-rho, wv, dot(vx, vy, vx, vy)), kinetic)
     if spins:
         kinetic += 0.5 * coef[_GYRO * width + lane] * spin * spin / kappa2
-    potential = -(
-        y[at.O_X * width + lane] * coef[at.FX * width + lane] + y[at.O_Y * width + lane] * coef[at.FY * width + lane]
+    lift = dot(
+        y[at.O_X * width + lane], y[at.O_Y * width + lane], coef[at.FX * width + lane], coef[at.FY * width + lane]
     )
-    potential -= n * (wx * coef[at.GX * width + lane] + wy * coef[at.GY * width + lane])
-    return kinetic, potential + coef[at.GZ * width + lane] * kappa2 * w2 * n2 / (1.0 + n), 0.0
+    turned = n * dot(wx, wy, coef[at.GX * width + lane], coef[at.GY * width + lane])
+    # kappa^2 |w|^2 y/(1 + n), which cancels nothing, is kappa^2 |w|^2/(g + root).
+    return kinetic, fma(coef[at.GZ * width + lane] * kappa2 * w2, inverse * g, -lift - turned), 0.0
 
 
 @device

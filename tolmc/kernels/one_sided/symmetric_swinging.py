@@ -17,16 +17,16 @@ _prepare, _free, _gyro = symmetric.prepare, symmetric.free, symmetric._GYRO
 
 
 @device
-def prepare(raw, given, i, coef, lane, width):
+def prepare(raw, given, coef, lane, width):
     """As :func:`symmetric.prepare`, and the drive."""
-    _prepare(raw, given, i, coef, lane, width)
-    oscillators.prepare_drive(raw, i, coef, _DRIVE, lane, width)
+    _prepare(raw, given, coef, lane, width)
+    oscillators.prepare_drive(raw, coef, _DRIVE, lane, width)
 
 
 @device
-def orient(y, given, i, lane, width):
+def orient(y, given, lane, width):
     """The drive's phase at the start."""
-    oscillators.orient(y, _PHASE, given[at.PHASE_DRIVE, i], lane, width)
+    oscillators.orient(y, _PHASE, given[at.PHASE_DRIVE * width + lane], lane, width)
 
 
 @device
