@@ -36,7 +36,7 @@ _ROUND, _GYRO, _SPUN, _HELD, _MU, _SLIP, _KAPPA_1, _INVERSE_B = range(plain.COEF
 # What the parts of a right-hand side hold for the next, in rows after the state's: of the pose, of the speeds, of the forces.
 _POSE, _NORMAL, _SLIDE, _PRESS, HELD = STATE, STATE + 4, STATE + 5, STATE + 16, 22
 
-_LEAST = 1e-36  # least square that has an inverse root in single precision: of a slip of 1e-18 r a second
+_LEAST = 1e-36  # least square of a slip speed over r: det K, which may be as small, still has an inverse
 
 
 @device
@@ -135,7 +135,8 @@ def slide(y, posed, inverse_normal, coef, lane, width, with_load):
     minus_s, minus_d = hi * (sum_s - gap_s), hi * (sum_d - gap_d)
     own, other, g = kn * (rho - q), kn * (q + rho * (q - p)), (kq + kq) * over
     up_s, up_d, down_s, down_d = plus_s * near, plus_d * further, minus_s * near, minus_d * further
-    # With N over sqrt(|v|^2 + slip^2) for the unknowns no division stands between the speeds and K.
+    # With N over sqrt(|v|^2 + slip^2) for the unknowns no division stands between the speeds and K, whose columns have these
+    # roots for a factor: the signs by which the forces are determined stay as they are.
     k_dd = swift_d - size * (ve_d * (own + up_s - up_d) - vb_d * (around * (plus_s + plus_d) + g))
     k_ed = size * (vb_d * (around * (minus_s + minus_d)) - ve_d * (other + down_s - down_d))
     k_de = size * (vb_e * (around * (plus_s - plus_d)) - ve_e * (other - up_s - up_d))
