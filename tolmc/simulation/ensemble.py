@@ -102,9 +102,16 @@ def simulate_many(
         accuracy=accuracy, outputs=names, halving=halving, samples=n, **after,
     )  # fmt: skip
     asked = names or scene_outputs(plan, project_energy)
-    columns = integrate_columns(scene, inputs, n, plan=plan, outputs=asked, workers=int(workers), **after)
-    columns["status"] = _WORDS.take(columns["status"])  # pandas would look at every word of an object column
-    return pd.DataFrame({**inputs, **columns}, copy=False)
+    # One array for all numbers: pandas takes it as it is, and would look at each of forty columns.
+    numbers = np.empty((len(inputs) + len(asked) + 1, n))
+    for row, column in zip(numbers, inputs.values(), strict=False):
+        row[:] = column
+    columns = integrate_columns(
+        scene, inputs, n, plan=plan, outputs=asked, workers=int(workers), into=numbers[len(inputs) :], **after
+    )
+    frame = pd.DataFrame(numbers.T, columns=[*inputs, *asked, "status_time"], copy=False)
+    frame["status"] = _WORDS.take(columns["status"])  # pandas would look at every word of an object column
+    return frame
 
 
 def _bounds(inputs: Mapping[str, np.ndarray]) -> dict[str, tuple[float, float]]:
@@ -123,12 +130,14 @@ def integrate_columns(
     workers: int = 1,
     on_contact_loss: str = "stop",
     project_energy: bool = False,
+    into: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """What :func:`simulate_many` does once everything is decided: ``n`` samples as bare columns.
 
     Parameters
     ----------
     inputs : mapping from names in quantities.SCALARS to (n,) float arrays, SI units
+    into : (len(outputs) + 1, n) float array that gets the outputs and ``status_time``; None: a fresh one
 
     Returns
     -------
@@ -139,7 +148,8 @@ def integrate_columns(
     size = min(_CHUNK, -(-n // (workers * WIDTH)) * WIDTH)
     if size % _PAGE == 0:
         size += WIDTH  # not less: powers of two would leave a rest
-    columns = {name: np.empty(n) for name in (*outputs, "status_time")}
+    into = np.empty((len(outputs) + 1, n)) if into is None else into
+    columns = dict(zip((*outputs, "status_time"), into, strict=True))
     columns["status"] = np.empty(n, np.int64)
 
     def chunk(first: int) -> None:
