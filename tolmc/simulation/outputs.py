@@ -66,4 +66,4 @@ def checked_outputs(outputs: Sequence[str] | None) -> tuple[str, ...] | None:
         raise TypeError(f"outputs = {outputs!r} must be a sequence of names; write [{outputs!r}].")
     for name in outputs:
         choice("outputs", name, (*quantities.OUTPUTS, *quantities.END_OUTPUTS))
-    return tuple(outputs)
+    return tuple(dict.fromkeys(outputs))
