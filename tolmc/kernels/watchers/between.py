@@ -34,6 +34,11 @@ _MONOTONE = 2.5
 _FLAT = 1e-3
 #: How near an end of an interval a maximum is doubted that leaves half of the rate there, as a share of a step.
 _NEAR = 0.1
+#: How near an end of an interval the search begins at most where there is nothing but the cubic through both ends: it does not
+#: know that a motion starts from rest with a force that grows.
+_BESIDE = 0.1
+#: Share of the rate at an end of the bracket that a trial must leave, or the secant through it is none of a parabola.
+_STRAIGHT = 0.5
 #: How far the polynomial may be from the motion's own value for its curvature to be trusted, as a share of the same.
 _TRUSTED = 1e-3
 #: By how many times its difference from the cubic, at its maximum or in the middle, the polynomial of degree 7 may err.
@@ -220,6 +225,7 @@ def between(system: System) -> Between:
             # The rates promise a maximum, whether or not the polynomial has one.
             inside = (t > 1e-9) & (t < limit[lane] - 1e-9)
             t = t if inside else 0.5 * limit[lane]
+            t = t if sound[lane] > 0.0 else min(max(t, _BESIDE * limit[lane]), (1.0 - _BESIDE) * limit[lane])
             bend = curve[lane] if inside else m1 - m0
             cubic = n0 + t * (m0 + t * (3.0 * rise - 2.0 * m0 - m1 + t * (m0 + m1 - 2.0 * rise)))
             # A force peaks as the inverse of a distance: its inverse is the smoother one where a peak is narrow.
@@ -238,7 +244,7 @@ def between(system: System) -> Between:
             candidate[lane] = may_be if promises else -np.inf
             candidate[WIDTH + lane] = t
             candidate[2 * WIDTH + lane] = bend
-            candidate[3 * WIDTH + lane] = p if inside else np.inf
+            candidate[3 * WIDTH + lane] = (p if sound[lane] > 0.0 else cubic) if inside else np.inf
 
     @routine
     def estimate(window, interval, variable, sign, until, k, work):
@@ -346,8 +352,10 @@ def between(system: System) -> Between:
 
         Newton's rule with the polynomial's curvature, then with the secant's, within a bracket on whose sides the rates differ.
         Near an end where the value still changes as it does there is no maximum, whatever the polynomial says: beyond the loss
-        of contact the ends that it goes through may be anything. Nor is one between two places with rates of one sign where
-        the secant's lies beyond: it stands on the other side of an end that is nearly one itself.
+        of contact the ends that it goes through may be anything. Nor is the secant to be trusted where it leads from a rising
+        place to one that rises as much before the falling one: a force that bends the other way first. There is no maximum
+        between two places with rates of one sign where the secant's lies beyond: it stands on the other side of an end that is
+        nearly one itself.
         """
         (values, rates), size, known, open_ = of(work[trial_seen], variable), work[scale], work[best], 0
         found, where, left = work[value], work[place], work[doubt]
@@ -361,13 +369,16 @@ def between(system: System) -> Between:
             apart = x - before
             secant = (m - was) / (apart if apart != 0.0 else 1.0)
             bend = secant if (attempt > 0) & (apart != 0.0) & (secant < 0.0) else bend
+            # Rates at the bracket's ends, which are the interval's at first.
+            begun, after = work[first_row + lane], work[after_row + lane]
             here, ahead = 0.5 if x < _NEAR else 1.0, 0.5 if x > 1.0 - _NEAR else 1.0
-            after = work[after_row + lane]
-            same = (m > 0.0) & (was > 0.0) & (m >= here * was) | (m < 0.0) & (after < 0.0) & (m <= ahead * after)
-            bend = 0.0 if (attempt == 0) & same & (abs(m) > _LEFT * size[lane]) else bend
+            here, ahead = (here, ahead) if attempt == 0 else (_STRAIGHT, _STRAIGHT)
+            same = (m > 0.0) & (begun > 0.0) & (m >= here * begun) | (m < 0.0) & (after < 0.0) & (m <= ahead * after)
+            same &= (attempt == 0) | ((begun > 0.0) & (after < 0.0))
+            bend = 0.0 if same & (abs(m) > _LEFT * size[lane]) else bend
             moved = x - m / (bend if bend < 0.0 else -1.0)
             beyond = (m > 0.0) & (high == 1.0) & (after > 0.0) & (moved >= 1.0)
-            beyond |= (m < 0.0) & (low == 0.0) & (work[first_row + lane] < 0.0) & (moved <= 0.0)
+            beyond |= (m < 0.0) & (low == 0.0) & (begun < 0.0) & (moved <= 0.0)
             beyond &= (attempt > 0) & (bend < 0.0)
             moved = moved if (moved > low) & (moved < high) & (bend < 0.0) else 0.5 * (low + high)
             gain, miss = 0.0 if beyond else 0.5 * m * (moved - x), abs(n - work[guess_row + lane])
@@ -389,6 +400,7 @@ def between(system: System) -> Between:
             going = busy & ~done
             work[before_row + lane], work[rate_row + lane], work[curve_row + lane] = x, m, bend
             work[low_row + lane], work[high_row + lane] = low, high
+            work[first_row + lane], work[after_row + lane] = m if m > 0.0 else begun, after if m > 0.0 else m
             work[x_row + lane] = moved if going else x
             work[busy_row + lane] = 1.0 if going else 0.0
             open_ += going
