@@ -16,7 +16,7 @@ import numpy as np
 from tolmc.kernels.interpolation import through
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
-from tolmc.kernels.seen import ROWS, SUPPORT, of
+from tolmc.kernels.seen import N_E, ROWS, SUM_D, SUPPORT, of
 from tolmc.kernels.system import System
 
 _DEGREES = 2 * SUPPORT
@@ -43,6 +43,8 @@ _STRAIGHT = 0.5
 _TRUSTED = 1e-3
 #: By how many times its difference from the cubic, at its maximum or in the middle, the polynomial of degree 7 may err.
 _MARGIN = 3.0
+#: Height over mean of what is missed: that of a bump without value and rate at both ends is 15/8.
+_PEAK_TO_MEAN = 1.875
 
 
 @device
@@ -132,7 +134,7 @@ def between(system: System) -> Between:
     candidates, intervals = layout.block(4 * ROWS), layout.block(-(-ROWS // WIDTH))
     best, scale, value, place, doubt = (layout.block(1) for _ in range(5))
     at_row, curve_row, guess_row, low_row, high_row, before_row, rate_row, busy_row = (layout.row() for _ in range(8))
-    first_row, after_row, sound_row = layout.row(), layout.row(), layout.row()
+    first_row, after_row, sound_row, missed_row = (layout.row() for _ in range(4))
     # The row before which a lane's motion ends, of the candidate whose interval stands as -1.
     last_row, middle_seen = layout.row(), layout.block(what)
     part_start, part_seen, part_h, end_seen = system.part_start, system.part_seen, system.part_h, system.end_seen
@@ -211,7 +213,21 @@ def between(system: System) -> Between:
                 curve[lane] = bend
 
     @routine
-    def rate(term, from_, to, variable, sign, limit, x, top, curve, sound, known, candidate):
+    def mean_missed(term, from_, variable, sign, limit, length, missed):
+        """By how much the polynomial misses the mean of a force over the step, which the method's own weights know better.
+
+        A force that swings between two ends shows in nothing else.
+        """
+        integral = (SUM_D + 2 * variable) * WIDTH
+        for lane in range(WIDTH):
+            mean = (
+                term[lane] + term[2 * WIDTH + lane] / 12.0 + term[4 * WIDTH + lane] / 80.0 + term[6 * WIDTH + lane] / 448.0
+            )
+            miss = abs(sign * from_[integral + lane] / length[lane] - mean)
+            missed[lane] = miss if limit[lane] == 1.0 else 0.0
+
+    @routine
+    def rate(term, from_, to, variable, sign, limit, x, top, curve, sound, missed, known, candidate):
         """The candidate: what the maximum may be (-inf: it is at an end), its place and its curvature.
 
         Whether a lane has one it says itself: what becomes of it must not depend on its neighbours.
@@ -237,6 +253,7 @@ def between(system: System) -> Between:
             narrow = narrow if inverse > 0.0 else np.inf
             narrow = narrow if (n0 > 0.0) & (n1 > 0.0) else cubic
             unlike = max(abs(p - cubic), abs(term[lane] - 0.5 * (n0 + n1) - 0.125 * (m0 - m1)))
+            unlike = max(unlike, _PEAK_TO_MEAN * missed[lane])
             may_be = max(max(p, top[lane]), max(cubic, narrow)) + _MARGIN * unlike
             bound = highest(n0, n1, m0, m1)
             may_be = may_be if sound[lane] > 0.0 else max(may_be, bound)
@@ -264,8 +281,12 @@ def between(system: System) -> Between:
             limit[lane] = min(max(until[lane] - (window.first + interval), 0.0), 1.0)
         begin_search(term, limit, x, top)
         climb(term, limit, x, curve)
-        sound = work[sound_row : sound_row + WIDTH]
-        rate(term, from_, to, variable, sign, limit, x, top, curve, sound, work[best], candidate)
+        sound, missed = work[sound_row : sound_row + WIDTH], work[missed_row : missed_row + WIDTH]
+        if variable <= N_E:
+            mean_missed(term, from_, variable, sign, limit, work[full], missed)
+        else:
+            missed[:] = 0.0
+        rate(term, from_, to, variable, sign, limit, x, top, curve, sound, missed, work[best], candidate)
 
     @routine
     def halve(coef, work):

@@ -17,7 +17,7 @@ from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
 from tolmc.kernels.watchers.between import Between
 
-#: Share of the kinetic energy up to which a step changes it by rounding, or by chance not at all.
+#: Share of the energy up to which a step changes it by rounding, or by chance not at all.
 _ROUNDING = 1e-15
 
 
@@ -61,7 +61,8 @@ def watch(system: System, between: Between) -> Watcher:
         gain = after[ENERGY * WIDTH + lane] - seen[ENERGY * WIDTH + lane]
         if torque:
             gain -= seen[WORK * WIDTH + lane]
-        return late * spike * (abs(gain) + _ROUNDING * after[KINETIC * WIDTH + lane])
+        size = after[KINETIC * WIDTH + lane] + abs(after[ENERGY * WIDTH + lane])
+        return late * spike * (abs(gain) + _ROUNDING * size)
 
     @routine
     def rough(seen, after, number, reached, length, rows, work):
