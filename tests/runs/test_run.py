@@ -273,3 +273,20 @@ def test_a_run_of_geometry_with_a_body_of_any_shape_is_written(tmp_path):
     study = load_study(write(tmp_path, *GEOMETRY, ("inertia = [4.08e-4, 4.08e-4, 1.2e-4]", products)))
     run(study.replaced(samples=10), out=tmp_path / "run")
     assert json.loads((tmp_path / "run" / "run.json").read_text())["plan"]["features"]["spin"] is False
+
+
+def test_the_statistics_are_told_before_the_pictures_are_drawn(tmp_path, monkeypatch):
+    order, finish = [], monte_carlo.RunPictures.finish
+
+    def finish_pictures(self):
+        order.append("pictures")
+        return finish(self)
+
+    monkeypatch.setattr(monte_carlo.RunPictures, "finish", finish_pictures)
+    result = run(write(tmp_path), samples=8, out=tmp_path / "run", on_summary=order.append)
+    told = order[0]
+    assert order[1:] == ["pictures"]
+    pd.testing.assert_frame_equal(told.summary, result.summary)
+    in_memory = []
+    run(write(tmp_path), samples=8, on_summary=in_memory.append)
+    assert [told.directory for told in in_memory] == [None]

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,7 +19,7 @@ from tolmc.runs import run as monte_carlo
 from tolmc.statistics.outcomes import ENOUGH_COMPUTED
 from tolmc.study.file import load_study
 from tolmc.study.slips import slips
-from tolmc.tables.run import brief_blocks, run_blocks
+from tolmc.tables.run import brief_blocks, run_blocks, run_notes
 from tolmc.terminal.grid import show
 from tolmc.tolerances.interference import interference_note
 
@@ -36,8 +37,9 @@ def run_study(study: Path, shown: Mapping[str, bool], *, out: Path | None, **opt
         _note(note)
     for slip in slips(loaded):
         _note(slip)
-    result = monte_carlo.run(loaded, out=out or monte_carlo.default_directory(study), **options)
-    _show(result, cast(Path, result.directory), **shown)
+    directory = out or monte_carlo.default_directory(study)
+    result = monte_carlo.run(loaded, out=directory, on_summary=partial(_show_summary, shown), **options)
+    _show_rest(result, cast(Path, result.directory), shown)
     return result.computed_share >= ENOUGH_COMPUTED
 
 
@@ -49,20 +51,28 @@ def _note(sentence: str) -> None:
 
 def resume_run(directory: Path, shown: Mapping[str, bool], **options: Any) -> bool:
     """Go on with the run in ``directory``, as :func:`run_study`; options are those of :func:`tolmc.runs.run.resume`."""
-    result = monte_carlo.resume(directory, **options)
-    _show(result, result.directory or directory, **shown)
+    result = monte_carlo.resume(directory, on_summary=partial(_show_summary, shown), **options)
+    _show_rest(result, result.directory or directory, shown)
     return result.computed_share >= ENOUGH_COMPUTED
 
 
-def _show(result: monte_carlo.StudyResult, directory: Path, *, compare: bool, brief: bool, as_json: bool) -> None:
-    if as_json:
+def _show_summary(shown: Mapping[str, bool], result: monte_carlo.StudyResult) -> None:
+    """The tables, which need no pictures."""
+    if not shown["as_json"]:
+        show(brief_blocks(result) if shown["brief"] else run_blocks(result))
+
+
+def _show_rest(result: monte_carlo.StudyResult, directory: Path, shown: Mapping[str, bool]) -> None:
+    """What is known at a run's end."""
+    if shown["as_json"]:
         click.echo(json.dumps(record(result), indent=1, ensure_ascii=False))
         return
-    show(brief_blocks(result) if brief else run_blocks(result))
+    if not shown["brief"]:
+        show(run_notes(result))
     written(directory, ("samples.parquet", "summary.csv", "pictures"))
     if result.sequential is not None:
         click.echo(result.sequential.sentence())
-    if compare:
+    if shown["compare"]:
         compare_run(result, directory)
 
 

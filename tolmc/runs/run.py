@@ -120,6 +120,7 @@ def run(
     workers: int | None = None,
     out: str | Path | NextFree | None = None,
     cluster: str | None = None,
+    on_summary: Callable[[StudyResult], None] | None = None,
 ) -> StudyResult:
     """Sample the dimensions of a study, integrate every sample, and summarise the outputs.
 
@@ -136,6 +137,8 @@ def run(
         Run directory to write (:mod:`tolmc.runs.directory`); without it nothing is written.
     cluster : str, optional
         Address of a Dask scheduler on whose workers the blocks run, such as "tcp://host:8786".
+    on_summary : function of a StudyResult, optional
+        Called as soon as the statistics are known, while pictures are still being drawn: the result without their notes.
 
     Raises
     ------
@@ -153,12 +156,12 @@ def run(
         with crew(study.workers, cluster) as workforce:
             block = _block_size(study.samples, workforce.size, plan)
             if out is None:
-                return _run_in_memory(study, plan, workforce, block, began)
+                return _run_in_memory(study, plan, workforce, block, began, on_summary)
             most = None
             if study.until is not None:
                 most, study = study.samples, study.replaced(samples=looks_of(study).start)
             with run_directory.create(out, study, block=block, plan=_record_of(plan), most_samples=most) as directory:
-                return _run_into(directory, study, plan, workforce, began)
+                return _run_into(directory, study, plan, workforce, began, on_summary)
 
 
 def resume(
@@ -168,11 +171,13 @@ def resume(
     extend: int = 0,
     workers: int | None = None,
     cluster: str | None = None,
+    on_summary: Callable[[StudyResult], None] | None = None,
 ) -> StudyResult:
     """Go on with a stopped run, or add ``extend`` samples to a finished one.
 
     The outcome is bitwise equal to that of a run that was never stopped. ``study``, where given, must be the run's own.
     A sequential run goes on until its interval is narrow enough; once finished it gets just the samples asked for.
+    ``on_summary``: as that of :func:`run`.
 
     Raises
     ------
@@ -185,7 +190,7 @@ def resume(
     with run_directory.reopen(directory, study=study, extend=extend) as opened:
         study, plan = opened.study().replaced(workers=workers), _recorded_plan(opened)
         with crew(study.workers, cluster) as workforce:
-            return _run_into(opened, study, plan, workforce, began)
+            return _run_into(opened, study, plan, workforce, began, on_summary)
 
 
 def default_directory(study: str | Path) -> NextFree:
@@ -263,7 +268,9 @@ class _InMemory:
         return chosen if rows is None else chosen.slice(0, rows)
 
 
-def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began: float) -> StudyResult:
+def _run_in_memory(
+    study: Study, plan: Plan, workforce: Crew, block: int, began: float, on_summary: Callable | None
+) -> StudyResult:
     kept = _InMemory()
 
     def draw(count: int) -> Columns:
@@ -281,10 +288,15 @@ def _run_in_memory(study: Study, plan: Plan, workforce: Crew, block: int, began:
         study = study.replaced(samples=sequential.found.count)
     terms = model_terms(study, plan, workforce, _block, kept)
     with progress(f"{study.title}: statistics"):
-        return _result(study, plan, _nominal_outputs(study, plan), sequential, kept, None, began, terms)
+        result = _result(study, plan, _nominal_outputs(study, plan), sequential, kept, None, began, terms)
+    if on_summary is not None:
+        on_summary(result)
+    return result
 
 
-def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, began: float) -> StudyResult:
+def _run_into(
+    directory: RunDirectory, study: Study, plan: Plan, workforce: Crew, began: float, on_summary: Callable | None
+) -> StudyResult:
     try:
         with run_pictures(directory) as pictures:
             if study.integrates:
@@ -296,6 +308,8 @@ def _run_into(directory: RunDirectory, study: Study, plan: Plan, workforce: Crew
             terms = model_terms(study, plan, workforce, _block, directory.read)
             with progress(f"{study.title}: statistics"):
                 result = _result(study, plan, nominal, sequential, directory.read, directory.path, began, terms)
+            if on_summary is not None:
+                on_summary(result)
             with progress(f"{study.title}: pictures"):
                 result = replace(result, notes=pictures.finish())
         for name, table in terms.files.items():

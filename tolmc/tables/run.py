@@ -39,7 +39,7 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
     yield from _verdict(study, result.requirements)
     yield from _contact_notes(result)
     yield statuses_table(result.statuses)
-    yield from (Note(f"Note: {note}") for note in result.notes)
+    yield from run_notes(result)
     yield from _step_note(result)
     if words := result.plan.chaotic_words():
         yield Note(f"Chaos: {words}", strong="Chaos")
@@ -52,6 +52,11 @@ def run_blocks(result: StudyResult) -> Iterator[Table | Note]:
         quantities.of(name).kind == "force" for name in result.summary.index
     ):
         yield section_note(study.scene.joint_in_operation)
+
+
+def run_notes(result: StudyResult) -> Iterator[Note]:
+    """What went wrong beside the statistics, as is known once the pictures are drawn."""
+    return (Note(f"Note: {note}") for note in result.notes)
 
 
 def brief_blocks(result: StudyResult) -> Iterator[Table | Note]:

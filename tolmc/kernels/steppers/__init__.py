@@ -45,8 +45,8 @@ from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 #: What is summed up over the stages: rows of ``seen`` from SUM_D on, with friction also those from SLIP_D on.
 SUMS, RUBBING = LATE_E - SUM_D + 1, SUM_S - SLIP_D + 1
-#: Share of a step over which rates are taken: their error is 1e-5 of a quantity's change, of rounding 1e-11 of the terms that it
-#: is made of. Where a large spin makes forces the small difference of large terms, 2^-20 left 1e-6 of an extremum.
+#: Share of a step over which rates are taken: their error is 1e-5 of a quantity's change, of rounding 1e-11 of the terms
+#: that make it. Where a large spin makes forces the small difference of large terms, 2^-20 left 1e-6 of an extremum.
 NUDGE = 2.0**-17
 
 

@@ -221,7 +221,10 @@ def between(system: System) -> Between:
         integral = (SUM_D + 2 * variable) * WIDTH
         for lane in range(WIDTH):
             mean = (
-                term[lane] + term[2 * WIDTH + lane] / 12.0 + term[4 * WIDTH + lane] / 80.0 + term[6 * WIDTH + lane] / 448.0
+                term[lane]
+                + term[2 * WIDTH + lane] / 12.0
+                + term[4 * WIDTH + lane] / 80.0
+                + term[6 * WIDTH + lane] / 448.0
             )
             miss = abs(sign * from_[integral + lane] / length[lane] - mean)
             missed[lane] = miss if limit[lane] == 1.0 else 0.0
