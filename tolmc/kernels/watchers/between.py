@@ -30,6 +30,9 @@ _LEFT = 1e-8
 _BENT, _BENT_BESIDE = 60.0, 6.0
 #: Sum of both rates, over the change between two ends, up to which the values are taken to change one way.
 _MONOTONE = 2.5
+#: Share of the change between two ends by which the mean between them may miss the cubic's: that of a step that is resolved is
+#: less, but where the change is next to nothing.
+_SWING = 0.05
 #: Share of the other rate up to which an end counts as one without a rate.
 _FLAT = 1e-3
 #: How near an end of an interval a maximum is doubted that leaves half of the rate there, as a share of a step.
@@ -60,22 +63,28 @@ def may_bend(n0, n1, m0, m1):
 
 
 @device
-def highest(n0, n1, m0, m1):
+def swings(n0, n1, m0, m1, mean):
+    """Whether the mean between two ends is far from that of the cubic through them: there is more than they tell."""
+    return abs(mean - 0.5 * (n0 + n1) - (m0 - m1) / 12.0) > _SWING * abs(n1 - n0)
+
+
+@device
+def highest(n0, n1, m0, m1, does_swing):
     """What a maximum between two ends may be at most, from the values and rates at both (-inf: there is none).
 
     A parabola adds at most half a rate; three quarters are allowed for. Between two ends that both rise, or both fall, is one
-    only where they may bend.
+    only where they may bend, or where the mean between them says so.
     """
-    bends = may_bend(n0, n1, m0, m1)
+    bends = does_swing | may_bend(n0, n1, m0, m1)
     turns_over, rises, falls = (m0 > 0.0) & (m1 < 0.0), m0 > 0.0, m1 < 0.0
     top = n0 + 0.75 * m0 if rises & (turns_over | bends) else -np.inf
     return max(top, n1 - 0.75 * m1) if falls & (turns_over | bends) else top
 
 
 @device
-def turns(n0, n1, m0, m1):
+def turns(n0, n1, m0, m1, does_swing):
     """Whether there may be a maximum or a minimum between two ends at all."""
-    return (m0 * m1 < 0.0) | may_bend(n0, n1, m0, m1)
+    return (m0 * m1 < 0.0) | does_swing | may_bend(n0, n1, m0, m1)
 
 
 @device
@@ -134,7 +143,7 @@ def between(system: System) -> Between:
     candidates, intervals = layout.block(4 * ROWS), layout.block(-(-ROWS // WIDTH))
     best, scale, value, place, doubt = (layout.block(1) for _ in range(5))
     at_row, curve_row, guess_row, low_row, high_row, before_row, rate_row, busy_row = (layout.row() for _ in range(8))
-    first_row, after_row, sound_row, missed_row = (layout.row() for _ in range(4))
+    first_row, after_row, sound_row, mean_row = (layout.row() for _ in range(4))
     # The row before which a lane's motion ends, of the candidate whose interval stands as -1.
     last_row, middle_seen = layout.row(), layout.block(what)
     part_start, part_seen, part_h, end_seen = system.part_start, system.part_seen, system.part_h, system.end_seen
@@ -213,24 +222,15 @@ def between(system: System) -> Between:
                 curve[lane] = bend
 
     @routine
-    def mean_missed(term, from_, variable, sign, limit, length, missed):
-        """By how much the polynomial misses the mean of a force over the step, which the method's own weights know better.
-
-        A force that swings between two ends shows in nothing else.
-        """
+    def mean_between(from_, variable, sign, limit, length, mean):
+        """Mean of a force over the whole step, by the method's own weights; NaN where there is none."""
         integral = (SUM_D + 2 * variable) * WIDTH
         for lane in range(WIDTH):
-            mean = (
-                term[lane]
-                + term[2 * WIDTH + lane] / 12.0
-                + term[4 * WIDTH + lane] / 80.0
-                + term[6 * WIDTH + lane] / 448.0
-            )
-            miss = abs(sign * from_[integral + lane] / length[lane] - mean)
-            missed[lane] = miss if limit[lane] == 1.0 else 0.0
+            whole = (variable <= N_E) & (limit[lane] == 1.0)
+            mean[lane] = sign * from_[integral + lane] / length[lane] if whole else np.nan
 
     @routine
-    def rate(term, from_, to, variable, sign, limit, x, top, curve, sound, missed, known, candidate):
+    def rate(term, from_, to, variable, sign, limit, x, top, curve, sound, means, known, candidate):
         """The candidate: what the maximum may be (-inf: it is at an end), its place and its curvature.
 
         Whether a lane has one it says itself: what becomes of it must not depend on its neighbours.
@@ -256,9 +256,17 @@ def between(system: System) -> Between:
             narrow = narrow if inverse > 0.0 else np.inf
             narrow = narrow if (n0 > 0.0) & (n1 > 0.0) else cubic
             unlike = max(abs(p - cubic), abs(term[lane] - 0.5 * (n0 + n1) - 0.125 * (m0 - m1)))
-            unlike = max(unlike, _PEAK_TO_MEAN * missed[lane])
+            mean = means[lane]
+            missed = abs(
+                mean
+                - term[lane]
+                - term[2 * WIDTH + lane] / 12.0
+                - term[4 * WIDTH + lane] / 80.0
+                - term[6 * WIDTH + lane] / 448.0
+            )
+            unlike = _PEAK_TO_MEAN * missed if _PEAK_TO_MEAN * missed > unlike else unlike
             may_be = max(max(p, top[lane]), max(cubic, narrow)) + _MARGIN * unlike
-            bound = highest(n0, n1, m0, m1)
+            bound = highest(n0, n1, m0, m1, swings(n0, n1, m0, m1, mean))
             may_be = may_be if sound[lane] > 0.0 else max(may_be, bound)
             promises = (bound > known[lane]) & (limit[lane] > 0.0)
             candidate[lane] = may_be if promises else -np.inf
@@ -284,12 +292,9 @@ def between(system: System) -> Between:
             limit[lane] = min(max(until[lane] - (window.first + interval), 0.0), 1.0)
         begin_search(term, limit, x, top)
         climb(term, limit, x, curve)
-        sound, missed = work[sound_row : sound_row + WIDTH], work[missed_row : missed_row + WIDTH]
-        if variable <= N_E:
-            mean_missed(term, from_, variable, sign, limit, work[full], missed)
-        else:
-            missed[:] = 0.0
-        rate(term, from_, to, variable, sign, limit, x, top, curve, sound, missed, work[best], candidate)
+        sound, means = work[sound_row : sound_row + WIDTH], work[mean_row : mean_row + WIDTH]
+        mean_between(from_, variable, sign, limit, work[full], means)
+        rate(term, from_, to, variable, sign, limit, x, top, curve, sound, means, work[best], candidate)
 
     @routine
     def halve(coef, work):
@@ -313,7 +318,7 @@ def between(system: System) -> Between:
             half = 0.5 * share
             n0, n1, n2 = sign * v0[lane], sign * v1[lane], sign * v2[lane]
             m0, m1, m2 = 0.5 * sign * r0[lane], half * sign * r1[lane], half * sign * r2[lane]
-            top_1, top_2 = highest(n0, n1, m0, m1), highest(n1, n2, m1, m2)
+            top_1, top_2 = highest(n0, n1, m0, m1, False), highest(n1, n2, m1, m2, False)
             late = top_2 > top_1
             a, b, top = m1 if late else m0, m2 if late else m1, max(top_1, top_2)
             # Where a motion starts from rest its forces have no rate, and not seldom a minimum: not there.

@@ -7,18 +7,22 @@ by steps of the method from that end. There a lane's motion ends, unless it is t
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from tolmc.kernels.jit import routine
 from tolmc.kernels.lanes import WIDTH, yes
 from tolmc.kernels.results import CONTACT_LOST, CONTINUE, END_TIME, LOSS_TIME, OK, STATUS
 from tolmc.kernels.results import STATE as LOST_STATE
-from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, of
+from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, SUM_D, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
-from tolmc.kernels.watchers.between import Between, highest
+from tolmc.kernels.watchers.between import Between, highest, swings
 
 _ITERATIONS = 60
+# How often an earlier loss is sought before one that is found; how near the ends of the way there a force is looked at.
+_LOOKS_BACK, _INSIDE = 4, 0.02
 _TIGHT = 4e-16  # share of a step to which the instant is found
 
 
@@ -26,7 +30,7 @@ def watch(system: System, between: Between) -> Watcher:
     """Watcher of the loss; it ends the motion of the lanes that have one, as ``run.on_loss`` says."""
     layout, state, at = system.layout, system.equations.STATE, system.at
     time, place, sooner_rows = layout.row(), layout.row(), layout.block(1)
-    survey, locate = _survey(system, time, place), _locate(system, place, time)
+    survey, (locate, look_back) = _survey(system, time, place), _locate(system, place, time)
     estimate, choose, follow = between.estimate, between.choose, between.follow
     best_rows, value_rows, place_rows, scale_rows = between.best, between.value, between.place, between.scale
 
@@ -55,11 +59,13 @@ def watch(system: System, between: Between) -> Watcher:
         return near
 
     @routine
-    def dips(here, after, variable, reached, sooner):
+    def dips(here, after, variable, length, reached, sooner):
         """How many lanes' force may fall below zero between two ends, before what is sought."""
         (n0, m0), (n1, m1), below = of(here, variable), of(after, variable), 0
+        integral = here[(SUM_D + 2 * variable) * WIDTH :]
         for lane in range(WIDTH):
-            below += (highest(-n0[lane], -n1[lane], -m0[lane], -m1[lane]) > 0.0) & (reached <= sooner[lane])
+            more = swings(n0[lane], n1[lane], m0[lane], m1[lane], integral[lane] / length)
+            below += (highest(-n0[lane], -n1[lane], -m0[lane], -m1[lane], more) > 0.0) & (reached <= sooner[lane])
         return below
 
     @routine
@@ -77,7 +83,7 @@ def watch(system: System, between: Between) -> Watcher:
             here, after = at(window.seen, row), at(window.seen, row + 1)
             if near_zero(here, after, variable) == 0:
                 continue
-            if dips(here, after, variable, window.first + row + 1.0, sooner) > 0:
+            if dips(here, after, variable, run.step_length, window.first + row + 1.0, sooner) > 0:
                 estimate(window, row, variable, -1.0, sooner, count, work)
                 count += 1
         if count > 0:
@@ -97,8 +103,10 @@ def watch(system: System, between: Between) -> Watcher:
         lost = 0
         for lane in range(WIDTH):
             lost += work[place + lane] < np.inf
-        if lost > 0:
+        for _ in range(_LOOKS_BACK if lost > 0 else 0):
             locate(run, window, coef, work)
+            if look_back(run, window, coef, work) == 0:
+                break
 
     @routine
     def finish(run, block, y, coef, work):
@@ -134,15 +142,25 @@ def _survey(system: System, time: int, place: int):
 
 
 def _locate(system: System, place: int, time: int):
-    """Time (s) of the first root of min(N_D, N_E) before ``place`` (rows) in the lanes that have one.
+    """Functions ``locate`` and ``look_back``, of the lanes that have a ``place`` (rows) known to be negative.
 
-    Newton's rule with the force's own rate, within a bracket that every trial narrows; where it leaves that, the middle.
+    ``locate(run, window, coef, work)``: time (s) of a root of min(N_D, N_E) before it. Newton's rule with the force's own rate,
+    within a bracket that every trial narrows; where it leaves that, the middle. ``look_back`` puts the place where a force has
+    been negative before that root, and turned positive again, in the lanes where one has (elsewhere inf: there is none), and
+    returns how many these are.
     """
     layout, state, what, until = system.layout, system.equations.STATE, system.seen, system.until
     step, see, full = system.stepper.step, system.stepper.see, system.h
     start_rows, trial_rows, h_rows = layout.block(state), layout.block(state), layout.block(1)
     seen_rows, trial_seen = layout.block(what), layout.block(what)
     low, high, share, row_of, busy = (layout.row() for _ in range(5))
+    share_rows = slice(share, share + WIDTH)
+    dip_rows, found_rows, other_seen, dip_seen = (
+        layout.block(1),
+        layout.block(1),
+        layout.block(what),
+        layout.block(what),
+    )
     end_rows, end_seen, part_start, part_seen, part_h = (
         system.end_state, system.end_seen, system.part_start, system.part_seen, system.part_h
     )  # fmt: skip
@@ -226,4 +244,51 @@ def _locate(system: System, place: int, time: int):
                             seen[c * WIDTH + lane],
                         )
 
-    return locate
+    @routine
+    def lowest(side, run, work):
+        """Where between its start and the root just found a force may dip below zero, as a share of the way there (0: nowhere).
+
+        The minimum of the cubic.
+        """
+        seen, there, shares, way = work[seen_rows], work[trial_seen], work[share_rows], work[dip_rows]
+        integral = seen[(SUM_D + 2 * side) * WIDTH :]
+        for lane in range(WIDTH):
+            share = shares[lane]
+            # Of the start the rates are those of the part, of its end those of a whole step.
+            n0, n1 = seen[(N_D + side) * WIDTH + lane], there[(N_D + side) * WIDTH + lane]
+            m0, m1 = seen[(RATE_D + side) * WIDTH + lane], share * there[(RATE_D + side) * WIDTH + lane]
+            length = share * run.step_length
+            mean = integral[lane] / (length if length > 0.0 else 1.0)
+            top = highest(-n0, -n1, -m0, -m1, swings(n0, n1, m0, m1, mean))
+            a, b = 3.0 * (m0 + m1 - 2.0 * (n1 - n0)), 3.0 * (n1 - n0) - 2.0 * m0 - m1
+            root = math.sqrt(max(b * b - a * m0, 0.0))
+            at_lowest = -m0 / (b + root) if b + root > 0.0 else 0.5
+            is_known = (work[place + lane] < np.inf) & (share > 0.0) & (top > 0.0)
+            way[lane] = min(max(at_lowest, _INSIDE), 1.0 - _INSIDE) if is_known else 0.0
+
+    @routine
+    def look_back(run, window, coef, work):
+        start, trial, h, shares = work[start_rows], work[trial_rows], work[h_rows], work[share_rows]
+        other, there, found, way = work[other_seen], work[dip_seen], work[found_rows], work[dip_rows]
+        found[:] = np.inf
+        for side in range(2):
+            lowest(side, run, work)
+            sought = 0
+            for lane in range(WIDTH):
+                h[lane] = way[lane] * shares[lane] * run.step_length
+                sought += way[lane] > 0.0
+            if sought == 0:
+                continue
+            step(start, trial, coef, h, other, work)
+            see(trial, coef, work[full], there, work)
+            for lane in range(WIDTH):
+                below = (way[lane] > 0.0) & (there[(N_D + side) * WIDTH + lane] < 0.0)
+                here = work[row_of + lane] + way[lane] * shares[lane]
+                found[lane] = here if below & (here < found[lane]) else found[lane]
+        count = 0
+        for lane in range(WIDTH):
+            work[place + lane] = found[lane]
+            count += found[lane] < np.inf
+        return count
+
+    return locate, look_back

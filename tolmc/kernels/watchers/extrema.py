@@ -24,10 +24,10 @@ from tolmc.kernels.results import (
     LOSS_TIME,
     TILT_MAX,
 )
-from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, RATE_TORQUE, RATE_W2, ROWS, SUM_D, TORQUE, W2, of
+from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_TORQUE, RATE_W2, ROWS, SUM_D, TORQUE, W2, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
-from tolmc.kernels.watchers.between import Between, highest, turns
+from tolmc.kernels.watchers.between import Between, highest, swings, turns
 
 # Maxima are sought of N_D, -N_D, N_E, -N_E, |w|^2; -|w|^2, which nobody asks for, has its place; then of friction's moment
 # about the axis either way, of which the larger counts.
@@ -91,28 +91,26 @@ def watch(system: System, between: Between) -> Watcher:
             sums[2 * WIDTH + lane] += e if counts else 0.0
             sums[3 * WIDTH + lane] += e2 if counts else 0.0
 
+    @device
+    def force_turns(here, after, force, length, lane):
+        n0, n1 = here[force * WIDTH + lane], after[force * WIDTH + lane]
+        m0, m1 = here[(RATE_D + force) * WIDTH + lane], after[(RATE_D + force) * WIDTH + lane]
+        mean = here[(SUM_D + 2 * force) * WIDTH + lane] / length
+        return turns(n0, n1, m0, m1, swings(n0, n1, m0, m1, mean))
+
     @routine
-    def turning(here, after):
+    def turning(here, after, length):
         """How many lanes' N_D, N_E, |w|^2 and moment turn within an interval."""
         d, e, w, t = 0, 0, 0, 0
         for lane in range(WIDTH):
-            d += turns(
-                here[N_D * WIDTH + lane],
-                after[N_D * WIDTH + lane],
-                here[RATE_D * WIDTH + lane],
-                after[RATE_D * WIDTH + lane],
-            )
-            e += turns(
-                here[N_E * WIDTH + lane],
-                after[N_E * WIDTH + lane],
-                here[RATE_E * WIDTH + lane],
-                after[RATE_E * WIDTH + lane],
-            )
+            d += force_turns(here, after, N_D, length, lane)
+            e += force_turns(here, after, N_E, length, lane)
             w += turns(
                 here[W2 * WIDTH + lane],
                 after[W2 * WIDTH + lane],
                 here[RATE_W2 * WIDTH + lane],
                 after[RATE_W2 * WIDTH + lane],
+                False,
             )
             if rubs:
                 t += turns(
@@ -120,6 +118,7 @@ def watch(system: System, between: Between) -> Watcher:
                     after[TORQUE * WIDTH + lane],
                     here[RATE_TORQUE * WIDTH + lane],
                     after[RATE_TORQUE * WIDTH + lane],
+                    False,
                 )
         return d, e, w, t
 
@@ -129,23 +128,25 @@ def watch(system: System, between: Between) -> Watcher:
         return variable if variable < 3 else TORQUE
 
     @routine
-    def promising(here, after, variable, begun, until, tops):
+    def promising(here, after, variable, length, begun, until, tops):
         """Whether an interval may hold the largest (bit 0), the smallest (bit 1) value of one variable in any lane."""
         (n0, m0), (n1, m1), up, down = of(here, row_of(variable)), of(after, row_of(variable)), 0, 0
         most, least = tops[2 * variable * WIDTH : (2 * variable + 1) * WIDTH], tops[(2 * variable + 1) * WIDTH :]
+        is_force, integral = variable <= N_E, here[(SUM_D + 2 * min(variable, N_E)) * WIDTH :]
         for lane in range(WIDTH):
             counts = begun < until[lane]
-            up += (highest(n0[lane], n1[lane], m0[lane], m1[lane]) > most[lane]) & counts
-            down += (highest(-n0[lane], -n1[lane], -m0[lane], -m1[lane]) > least[lane]) & counts
+            more = is_force & swings(n0[lane], n1[lane], m0[lane], m1[lane], integral[lane] / length)
+            up += (highest(n0[lane], n1[lane], m0[lane], m1[lane], more) > most[lane]) & counts
+            down += (highest(-n0[lane], -n1[lane], -m0[lane], -m1[lane], more) > least[lane]) & counts
         return (1 if up > 0 else 0) + (2 if down > 0 else 0)
 
     @routine
-    def mask_of(here, after, begun, until, tops):
+    def mask_of(here, after, length, begun, until, tops):
         """Of which quantities an interval may hold the maximum in any lane, a bit each."""
-        counts, mask = turning(here, after), 0
+        counts, mask = turning(here, after, length), 0
         for variable in range(variables):
             if counts[variable] > 0:
-                mask |= promising(here, after, variable, begun, until, tops) << 2 * variable
+                mask |= promising(here, after, variable, length, begun, until, tops) << 2 * variable
         return mask & asked
 
     @routine
@@ -200,7 +201,7 @@ def watch(system: System, between: Between) -> Watcher:
             ending += (work[ended + lane] > 0.0) & (ends[lane] > window.first + window.head)
         for row in range(window.head, window.tail + 1):
             here, after = at(window.seen, row), at(window.seen, row + 1)
-            mask = mask_of(here, after, window.first + row + 0.0, ends, tops)
+            mask = mask_of(here, after, run.step_length, window.first + row + 0.0, ends, tops)
             masks[row] = mask
             news |= mask
         if ending > 0:
