@@ -69,16 +69,22 @@ def swings(n0, n1, m0, m1, mean):
 
 
 @device
-def highest(n0, n1, m0, m1, does_swing):
-    """What a maximum between two ends may be at most, from the values and rates at both (-inf: there is none).
-
-    A parabola adds at most half a rate; three quarters are allowed for. Between two ends that both rise, or both fall, is one
-    only where they may bend, or where the mean between them says so.
-    """
+def highest_of(n0, n1, m0, m1, does_swing):
+    """:func:`highest` of a force, of whose mean between the ends is known whether it :func:`swings`."""
     bends = does_swing | may_bend(n0, n1, m0, m1)
     turns_over, rises, falls = (m0 > 0.0) & (m1 < 0.0), m0 > 0.0, m1 < 0.0
     top = n0 + 0.75 * m0 if rises & (turns_over | bends) else -np.inf
     return max(top, n1 - 0.75 * m1) if falls & (turns_over | bends) else top
+
+
+@device
+def highest(n0, n1, m0, m1):
+    """What a maximum between two ends may be at most, from the values and rates at both (-inf: there is none).
+
+    A parabola adds at most half a rate; three quarters are allowed for. Between two ends that both rise, or both fall, is one
+    only where they may bend.
+    """
+    return highest_of(n0, n1, m0, m1, False)
 
 
 @device
@@ -266,7 +272,7 @@ def between(system: System) -> Between:
             )
             unlike = _PEAK_TO_MEAN * missed if _PEAK_TO_MEAN * missed > unlike else unlike
             may_be = max(max(p, top[lane]), max(cubic, narrow)) + _MARGIN * unlike
-            bound = highest(n0, n1, m0, m1, swings(n0, n1, m0, m1, mean))
+            bound = highest_of(n0, n1, m0, m1, swings(n0, n1, m0, m1, mean))
             may_be = may_be if sound[lane] > 0.0 else max(may_be, bound)
             promises = (bound > known[lane]) & (limit[lane] > 0.0)
             candidate[lane] = may_be if promises else -np.inf
@@ -318,7 +324,7 @@ def between(system: System) -> Between:
             half = 0.5 * share
             n0, n1, n2 = sign * v0[lane], sign * v1[lane], sign * v2[lane]
             m0, m1, m2 = 0.5 * sign * r0[lane], half * sign * r1[lane], half * sign * r2[lane]
-            top_1, top_2 = highest(n0, n1, m0, m1, False), highest(n1, n2, m1, m2, False)
+            top_1, top_2 = highest(n0, n1, m0, m1), highest(n1, n2, m1, m2)
             late = top_2 > top_1
             a, b, top = m1 if late else m0, m2 if late else m1, max(top_1, top_2)
             # Where a motion starts from rest its forces have no rate, and not seldom a minimum: not there.

@@ -18,7 +18,7 @@ from tolmc.kernels.results import STATE as LOST_STATE
 from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, SUM_D, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
-from tolmc.kernels.watchers.between import Between, highest, swings
+from tolmc.kernels.watchers.between import Between, highest_of, swings
 
 _ITERATIONS = 60
 # How often an earlier loss is sought before one that is found; how near the ends of the way there a force is looked at.
@@ -65,7 +65,7 @@ def watch(system: System, between: Between) -> Watcher:
         integral = here[(SUM_D + 2 * variable) * WIDTH :]
         for lane in range(WIDTH):
             more = swings(n0[lane], n1[lane], m0[lane], m1[lane], integral[lane] / length)
-            below += (highest(-n0[lane], -n1[lane], -m0[lane], -m1[lane], more) > 0.0) & (reached <= sooner[lane])
+            below += (highest_of(-n0[lane], -n1[lane], -m0[lane], -m1[lane], more) > 0.0) & (reached <= sooner[lane])
         return below
 
     @routine
@@ -259,7 +259,7 @@ def _locate(system: System, place: int, time: int):
             m0, m1 = seen[(RATE_D + side) * WIDTH + lane], share * there[(RATE_D + side) * WIDTH + lane]
             length = share * run.step_length
             mean = integral[lane] / (length if length > 0.0 else 1.0)
-            top = highest(-n0, -n1, -m0, -m1, swings(n0, n1, m0, m1, mean))
+            top = highest_of(-n0, -n1, -m0, -m1, swings(n0, n1, m0, m1, mean))
             a, b = 3.0 * (m0 + m1 - 2.0 * (n1 - n0)), 3.0 * (n1 - n0) - 2.0 * m0 - m1
             root = math.sqrt(max(b * b - a * m0, 0.0))
             at_lowest = -m0 / (b + root) if b + root > 0.0 else 0.5

@@ -27,7 +27,7 @@ from tolmc.kernels.results import (
 from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_TORQUE, RATE_W2, ROWS, SUM_D, TORQUE, W2, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
-from tolmc.kernels.watchers.between import Between, highest, swings, turns
+from tolmc.kernels.watchers.between import Between, highest_of, swings, turns
 
 # Maxima are sought of N_D, -N_D, N_E, -N_E, |w|^2; -|w|^2, which nobody asks for, has its place; then of friction's moment
 # about the axis either way, of which the larger counts.
@@ -136,8 +136,8 @@ def watch(system: System, between: Between) -> Watcher:
         for lane in range(WIDTH):
             counts = begun < until[lane]
             more = is_force & swings(n0[lane], n1[lane], m0[lane], m1[lane], integral[lane] / length)
-            up += (highest(n0[lane], n1[lane], m0[lane], m1[lane], more) > most[lane]) & counts
-            down += (highest(-n0[lane], -n1[lane], -m0[lane], -m1[lane], more) > least[lane]) & counts
+            up += (highest_of(n0[lane], n1[lane], m0[lane], m1[lane], more) > most[lane]) & counts
+            down += (highest_of(-n0[lane], -n1[lane], -m0[lane], -m1[lane], more) > least[lane]) & counts
         return (1 if up > 0 else 0) + (2 if down > 0 else 0)
 
     @routine
