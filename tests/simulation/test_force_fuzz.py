@@ -15,6 +15,7 @@ from fuzz_scenes import SYMMETRIC
 
 RESTING = replace(SYMMETRIC, loads=replace(SYMMETRIC.loads, gravity=(0.0, 0.0, 0.0)))
 LOST = json.loads((DATA / "lost_contact.json").read_text())
+HIDDEN = json.loads((DATA / "between_steps.json").read_text())
 
 
 @pytest.mark.slow
@@ -42,3 +43,18 @@ def test_nothing_is_missed_in_the_step_in_which_contact_is_lost(name):
         assert found.status[0] == "inaccurate"
         assert abs(found.contact_force_D_rms[0] - true.contact_force_D_rms[0]) > 1e-4 * true.contact_force_D_max[0]
     assert error(found, true, scene.duration)[0] < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", HIDDEN)
+def test_nothing_is_missed_that_steps_hide(name):
+    """Motions of the fuzz that each had a good status and wrong statistics: right now, or told to be inaccurate."""
+    case = HIDDEN[name]
+    scene, columns = replace(RESTING, duration=case["duration"]), {k: np.array([v]) for k, v in case["columns"].items()}
+    found, true = (simulated(scene, columns, times * case["steps"]) for times in (1, 16))
+    missed = error(found, true, scene.duration)[0]
+    if case["within"] is None:
+        assert found.status[0] == "inaccurate"
+        assert missed > 1e-3
+    else:
+        assert missed < case["within"]
