@@ -18,7 +18,6 @@ from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.integrals import closed
 from tolmc.kernels.one_sided.layout import WIDTH
-from tolmc.kernels.steppers import NUDGE
 from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE
 
 
@@ -36,6 +35,11 @@ class Stepper(NamedTuple):
 #: Places in a step at which a force is known: the formula's own samples, the last one at the end itself.
 POSITIONS_8, POSITIONS_4 = np.array(DORMAND_PRINCE.positions), np.array(CLASSICAL.positions)
 FIT_8, FIT_4 = through(POSITIONS_8), through(POSITIONS_4)
+
+
+#: Share of a step over which rates are taken: shorter than that of the two-sided kernels (steppers.NUDGE), as a journal that
+#: rolls, whose slip the regularised law brings to rest within a fraction of a step, has rates of nothing else.
+_NUDGE = 2.0**-20
 
 
 @once
@@ -77,7 +81,7 @@ def build(equations: Equations, rk4: bool) -> Stepper:
                 look_at(y, coef, f, seen, lane, WIDTH)
         # With friction whatever the others do: a moment that holds Omega has a rate in flight too, and no old rate stays.
         if rubs or closed(coef) > 0.0:
-            dt = NUDGE * step_length
+            dt = _NUDGE * step_length
             for m in range(size):
                 argument[m] = y[m] + dt * f[m]
             for lane in range(WIDTH):
