@@ -9,6 +9,7 @@ but the entry is internal, so that it runs on its own pieces wherever it is load
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, ClassVar
 
 from llvmlite.binding import Linkage
@@ -56,10 +57,9 @@ class _Piece(JITCodeLibrary):
 
     is_inlined = False
 
-    def _optimize_final_module(self) -> None:
-        """Left to the kernel."""
-
-    def _finalize_final_module(self) -> None:
+    def finalize(self) -> None:
+        """Alone: what it calls joins it in the kernel, once, and not with each of its callers."""
+        self._raise_if_finalized()
         self._finalize_dynamic_globals()
         if not self.is_inlined:
             # Taken over by the loops of a whole kernel they make a motion with its statistics take half as long again.
@@ -69,8 +69,21 @@ class _Piece(JITCodeLibrary):
         self._finalized = True
 
 
+def _with_callees(libraries: list[JITCodeLibrary]) -> Iterator[JITCodeLibrary]:
+    """All that these call, and that is not linked into them already; each after what it calls."""
+    for library in libraries:
+        if isinstance(library, _Piece):
+            yield from _with_callees(library._linking_libraries)
+        yield library
+
+
 class _Kernel(JITCodeLibrary):
     """A kernel, whose pieces nothing outside it can see."""
+
+    def finalize(self) -> None:
+        # Callers first: LLVM leaves out what nothing that it has linked refers to.
+        self._linking_libraries = [*dict.fromkeys(_with_callees(self._linking_libraries))][::-1]
+        super().finalize()
 
     def _finalize_final_module(self) -> None:
         for function in self._final_module.functions:

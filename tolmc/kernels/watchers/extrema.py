@@ -132,7 +132,8 @@ def watch(system: System, between: Between) -> Watcher:
         """Whether an interval may hold the largest (bit 0), the smallest (bit 1) value of one variable in any lane."""
         (n0, m0), (n1, m1), up, down = of(here, row_of(variable)), of(after, row_of(variable)), 0, 0
         most, least = tops[2 * variable * WIDTH : (2 * variable + 1) * WIDTH], tops[(2 * variable + 1) * WIDTH :]
-        is_force, integral = variable <= N_E, here[(SUM_D + 2 * min(variable, N_E)) * WIDTH :]
+        is_force = variable <= N_E
+        integral = here[(SUM_D + 2 * (variable if is_force else N_E)) * WIDTH :]
         for lane in range(WIDTH):
             counts = begun < until[lane]
             more = is_force & swings(n0[lane], n1[lane], m0[lane], m1[lane], integral[lane] / length)
