@@ -102,15 +102,18 @@ def simulate_many(
         accuracy=accuracy, outputs=names, halving=halving, samples=n, **after,
     )  # fmt: skip
     asked = names or scene_outputs(plan, project_energy)
-    # One array for all numbers: pandas takes it as it is, and would look at each of forty columns.
     numbers = np.empty((len(inputs) + len(asked) + 1, n))
-    for row, column in zip(numbers, inputs.values(), strict=False):
-        row[:] = column
-    columns = integrate_columns(
-        scene, inputs, n, plan=plan, outputs=asked, workers=int(workers), into=numbers[len(inputs) :], **after
-    )
-    frame = pd.DataFrame(numbers.T, columns=[*inputs, *asked, "status_time"], copy=False)
-    frame["status"] = _WORDS.take(columns["status"])  # pandas would look at every word of an object column
+    numbers[: len(inputs)] = list(inputs.values())
+    part = numbers[len(inputs) :]
+    columns = integrate_columns(scene, inputs, n, plan=plan, outputs=asked, workers=int(workers), into=part, **after)
+    return _frame([*inputs, *asked, "status_time"], numbers, columns["status"])
+
+
+def _frame(names: Sequence[str], numbers: np.ndarray, status: np.ndarray) -> pd.DataFrame:
+    """The numbers (name, sample), and the status in words."""
+    # pandas takes one array as it is; it would look at each of forty columns, and at every word of one that holds objects.
+    frame = pd.DataFrame(numbers.T, columns=list(names), copy=False)
+    frame["status"] = _WORDS.take(status)
     return frame
 
 

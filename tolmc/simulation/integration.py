@@ -64,9 +64,18 @@ def _two_sided(
     if features.rubs:
         raw[P.HELD] = features.driven
     kernel(raw, plan.steps, duration, on_loss, project_energy, features.momentum, out)
-    out[R.STEP_ERROR] *= of_statistics(plan)
+    out[R.STEP_ERROR] = _step_error(out, plan)
     out[R.SPIN_ERROR] = 0.0  # where Omega is conserved, these equations have it as a constant
     return out
+
+
+def _step_error(out: np.ndarray, plan: Plan) -> np.ndarray:
+    """What a motion's statistics may err by, relative to its largest force.
+
+    What is left of an extremum is its own error; at given steps it is a sign of worse, as the roughest step's error is.
+    """
+    grows = of_statistics(plan)
+    return np.maximum(grows * out[R.ROUGHEST], (grows if math.isnan(plan.pilot_error) else 1.0) * out[R.DOUBT])
 
 
 def of_statistics(plan: Plan) -> float:

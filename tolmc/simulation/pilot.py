@@ -16,7 +16,7 @@ from tolmc.mechanism.checks import choice, positive_number
 from tolmc.mechanism.scene import Scene
 from tolmc.quantities import ON_CONTACT_LOSS, SCALARS
 from tolmc.simulation.features import Features, features_of
-from tolmc.simulation.integration import WIDTH, integrate, of_statistics
+from tolmc.simulation.integration import WIDTH, integrate
 from tolmc.simulation.judge import GEOMETRY_INVALID, difference, one_sided_difference
 from tolmc.simulation.one_sided import agreeing_impacts, has_room
 from tolmc.simulation.outputs import wants_forces, wants_pose
@@ -123,7 +123,7 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy, 
         first = good & (met[left] == 0)
         met[left[first]] = steps
         met_error[left] = np.where(good, errors, met_error[left])
-        of_step[left] = np.where(good, coarse[R.STEP_ERROR] / of_statistics(draft), of_step[left])
+        of_step[left] = np.where(good, coarse[R.ROUGHEST], of_step[left])
         if np.median(errors) < nearest:
             nearest, best_steps = float(np.median(errors)), steps
         if good.all():

@@ -14,7 +14,7 @@ from tolmc.kernels.one_sided.lane import OPENED, TORQUE_ROUNDING, TOUCH
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.one_sided.stepper import Stepper, replacer
 from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE
-from tolmc.kernels.watchers.between import highest
+from tolmc.kernels.watchers.bends import highest
 
 #: Rounds for each step and event after which a lane is given up; usual are one and two.
 MOST_ROUNDS = 64

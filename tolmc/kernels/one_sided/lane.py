@@ -17,7 +17,7 @@ from tolmc.kernels.one_sided.events import first_fall, hermite, lowest
 from tolmc.kernels.one_sided.jump import TOGETHER
 from tolmc.kernels.one_sided.layout import WIDTH
 from tolmc.kernels.one_sided.stepper import FIT_4, FIT_8, Stepper
-from tolmc.kernels.watchers.between import highest
+from tolmc.kernels.watchers.bends import highest
 
 TOUCH = 2e-15  # gap over c at which an approaching contact is at the wall: the rounding of a gap
 OPENED = 1e-11  # gap from which on a released contact is armed again

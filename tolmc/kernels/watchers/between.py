@@ -18,6 +18,7 @@ from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.seen import N_E, ROWS, SUM_D, SUPPORT, of
 from tolmc.kernels.system import System
+from tolmc.kernels.watchers.bends import highest, highest_of, swings
 
 _DEGREES = 2 * SUPPORT
 _STARTS = 5  # places of an interval at which the search for its polynomial's maximum begins
@@ -28,13 +29,6 @@ _LEFT = 1e-8
 #: By how many times the miss of a polynomial's value its curvature may be wrong: in the middle of an interval 18, where it
 #: vanishes with the square of the distance to an end 2 over that square (a Hermite polynomial's error); three times as much.
 _BENT, _BENT_BESIDE = 60.0, 6.0
-#: Sum of both rates, over the change between two ends, up to which the values are taken to change one way.
-_MONOTONE = 2.5
-#: Share of the change between two ends by which the mean between them may miss the cubic's: that of a step that is resolved is
-#: less, but where the change is next to nothing.
-_SWING = 0.05
-#: Share of the other rate up to which an end counts as one without a rate.
-_FLAT = 1e-3
 #: How near an end of an interval a maximum is doubted that leaves half of the rate there, as a share of a step.
 _NEAR = 0.1
 #: How near an end of an interval the search begins at most where there is nothing but the cubic through both ends: it does not
@@ -48,49 +42,6 @@ _TRUSTED = 1e-3
 _MARGIN = 3.0
 #: Height over mean of what is missed: that of a bump without value and rate at both ends is 15/8.
 _PEAK_TO_MEAN = 1.875
-
-
-@device
-def may_bend(n0, n1, m0, m1):
-    """Whether the values at two ends change so little, or so much the other way, that their rates may turn between.
-
-    A parabola's rates add up to twice the change; up to three times the cubic through both ends is monotone (Fritsch and
-    Carlson, SIAM J. Numer. Anal. 17, 1980). Short of that there may be a small maximum that no cubic has; also beside an end
-    without a rate, where a motion starts from rest.
-    """
-    both, flatter, steeper = m0 + m1, min(abs(m0), abs(m1)), max(abs(m0), abs(m1))
-    return (_MONOTONE * (n1 - n0) * both < both * both) | (flatter <= _FLAT * steeper)
-
-
-@device
-def swings(n0, n1, m0, m1, mean):
-    """Whether the mean between two ends is far from that of the cubic through them: there is more than they tell."""
-    return abs(mean - 0.5 * (n0 + n1) - (m0 - m1) / 12.0) > _SWING * abs(n1 - n0)
-
-
-@device
-def highest_of(n0, n1, m0, m1, does_swing):
-    """:func:`highest` of a force, of whose mean between the ends is known whether it :func:`swings`."""
-    bends = does_swing | may_bend(n0, n1, m0, m1)
-    turns_over, rises, falls = (m0 > 0.0) & (m1 < 0.0), m0 > 0.0, m1 < 0.0
-    top = n0 + 0.75 * m0 if rises & (turns_over | bends) else -np.inf
-    return max(top, n1 - 0.75 * m1) if falls & (turns_over | bends) else top
-
-
-@device
-def highest(n0, n1, m0, m1):
-    """What a maximum between two ends may be at most, from the values and rates at both (-inf: there is none).
-
-    A parabola adds at most half a rate; three quarters are allowed for. Between two ends that both rise, or both fall, is one
-    only where they may bend.
-    """
-    return highest_of(n0, n1, m0, m1, False)
-
-
-@device
-def turns(n0, n1, m0, m1, does_swing):
-    """Whether there may be a maximum or a minimum between two ends at all."""
-    return (m0 * m1 < 0.0) | does_swing | may_bend(n0, n1, m0, m1)
 
 
 @device

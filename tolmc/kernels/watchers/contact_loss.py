@@ -18,7 +18,8 @@ from tolmc.kernels.results import STATE as LOST_STATE
 from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, SUM_D, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
-from tolmc.kernels.watchers.between import Between, highest_of, swings
+from tolmc.kernels.watchers.bends import highest_of, swings
+from tolmc.kernels.watchers.between import Between
 
 _ITERATIONS = 60
 # How often an earlier loss is sought before one that is found; how near the ends of the way there a force is looked at.

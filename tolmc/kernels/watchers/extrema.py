@@ -27,7 +27,8 @@ from tolmc.kernels.results import (
 from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_TORQUE, RATE_W2, ROWS, SUM_D, TORQUE, W2, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
-from tolmc.kernels.watchers.between import Between, highest_of, swings, turns
+from tolmc.kernels.watchers.bends import highest_of, swings, turns
+from tolmc.kernels.watchers.between import Between
 
 # Maxima are sought of N_D, -N_D, N_E, -N_E, |w|^2; -|w|^2, which nobody asks for, has its place; then of friction's moment
 # about the axis either way, of which the larger counts.

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
-from tolmc.kernels.results import CONTINUE, D_MAX, D_MIN, D_RMS, E_MAX, E_MIN, LOSS_TIME, STEP_ERROR
+from tolmc.kernels.results import CONTINUE, D_MAX, D_MIN, D_RMS, DOUBT, E_MAX, E_MIN, LOSS_TIME, ROUGHEST
 from tolmc.kernels.seen import ENERGY, KINETIC, LATE_D, LATE_E, N_D, N_E, RATE_D, RATE_E, SUM_D, WORK
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
@@ -22,7 +22,7 @@ _ROUNDING = 1e-15
 
 
 def watch(system: System, between: Between) -> Watcher:
-    """Watcher of the roughest step's error, or of what is left of an extremum, relative to the largest contact force."""
+    """Watcher of the roughest step's error, and of what is left of an extremum, relative to the largest contact force."""
     layout, state, what, at, until = system.layout, system.equations.STATE, system.seen, system.at, system.until
     torque = system.equations.TORQUE
     step, see, full, unsure = system.stepper.step, system.stepper.see, system.h, between.unsure
@@ -134,7 +134,7 @@ def watch(system: System, between: Between) -> Watcher:
             seen[m] += other[m]
         see(start, coef, work[full], other, work)
         for lane in range(min(WIDTH, run.raw.shape[1] - block)):
-            i, error = block + lane, work[unsure + lane]
+            i, error, doubt = block + lane, 0.0, work[unsure + lane]
             largest = max(
                 max(abs(run.out[D_MAX, i]), abs(run.out[D_MIN, i])), max(abs(run.out[E_MAX, i]), abs(run.out[E_MIN, i]))
             )
@@ -151,7 +151,8 @@ def watch(system: System, between: Between) -> Watcher:
                     error = error if worst <= error else worst
             if run.on_loss != CONTINUE and run.out[LOSS_TIME, i] > 0.0:
                 # Where contact is lost a force is zero; it is not where the step there blows up.
-                error = max(error, abs(min(end[N_D * WIDTH + lane], end[N_E * WIDTH + lane])))
-            run.out[STEP_ERROR, i] = error / largest if error != 0.0 else 0.0
+                doubt = max(doubt, abs(min(end[N_D * WIDTH + lane], end[N_E * WIDTH + lane])))
+            run.out[ROUGHEST, i] = error / largest if error != 0.0 else 0.0
+            run.out[DOUBT, i] = doubt / largest if doubt != 0.0 else 0.0
 
     return Watcher(begin=begin, scan=scan, finish=finish)
