@@ -35,11 +35,14 @@ def swings(n0, n1, m0, m1, mean):
 
 @device
 def highest_of(n0, n1, m0, m1, does_swing):
-    """:func:`highest` of a force, of whose mean between the ends is known whether it :func:`swings`."""
+    """:func:`highest` of a force, of whose mean between the ends is known whether it :func:`swings`.
+
+    Where it does the rates may be anything, also rounding: there may be a maximum whichever way they point.
+    """
     bends = does_swing | may_bend(n0, n1, m0, m1)
     turns_over, rises, falls = (m0 > 0.0) & (m1 < 0.0), m0 > 0.0, m1 < 0.0
-    top = n0 + 0.75 * m0 if rises & (turns_over | bends) else -np.inf
-    return max(top, n1 - 0.75 * m1) if falls & (turns_over | bends) else top
+    top = n0 + 0.75 * abs(m0) if does_swing | rises & (turns_over | bends) else -np.inf
+    return max(top, n1 + 0.75 * abs(m1)) if does_swing | falls & (turns_over | bends) else top
 
 
 @device
