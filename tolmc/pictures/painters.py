@@ -97,8 +97,9 @@ def _serve(numbers: list[int]) -> None:
     """A painter at the other end of each of these sockets; they share what is loaded."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is for the process that began this one, which then ends it
     gc.disable()  # for a few pictures
-    from tolmc.pictures import plots  # noqa: F401
+    from tolmc.pictures import plots
 
+    plots.warm_up()  # while there is nothing to paint yet; before the fork, for all painters
     own = next((number for number in numbers[1:] if os.fork() == 0), numbers[0])
     for number in numbers:
         if number != own:

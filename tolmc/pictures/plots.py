@@ -90,6 +90,17 @@ class Picture(Figure):
         return buffer.getvalue()
 
 
+def warm_up() -> None:
+    """Load what Matplotlib loads with its first picture, fonts and formulas: 0.04 s of every picture's 0.2 s."""
+    with styled():
+        figure = Figure()
+        axes = figure.subplots()
+        axes.plot([0.0, 1.0], label="a line")
+        axes.set_xlabel("$x_1$")
+        axes.legend()
+        figure.savefig(BytesIO(), format="png")
+
+
 def save(figure: Figure, path: str | Path) -> None:
     """Write a figure; the format follows the file name."""
     formats = FigureCanvasAgg(figure).get_supported_filetypes()
