@@ -9,10 +9,9 @@ but the entry is internal, so that it runs on its own pieces wherever it is load
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, ClassVar
 
-from llvmlite.binding import Linkage, parse_assembly
+from llvmlite.binding import Linkage, ModuleRef, parse_assembly
 from numba._dynfunc import make_function
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
@@ -67,14 +66,40 @@ class _Piece(JITCodeLibrary):
                 if function.linkage == Linkage.external and not function.is_declaration:
                     function.add_function_attribute("noinline")
         self._finalized = True
+        self._with_callees: ModuleRef | None = None
+
+    def alone(self) -> ModuleRef:
+        """Its own code, without what it calls."""
+        return super()._get_module_for_linking()
+
+    def _get_module_for_linking(self) -> ModuleRef:
+        """Its code with all that it calls, for a function that is no kernel."""
+        self._ensure_finalized()
+        if self._with_callees is None:
+            whole = self.alone().clone()
+            _link(whole, self._linking_libraries)
+            self._with_callees = whole
+        return self._with_callees
 
 
-def _with_callees(libraries: list[JITCodeLibrary]) -> Iterator[JITCodeLibrary]:
-    """All that these call, and that is not linked into them already; each after what it calls."""
+def _link(module: ModuleRef, libraries: list[JITCodeLibrary]) -> None:
+    """All that is called from here, once each."""
+    found: dict[JITCodeLibrary, None] = {}
+    _find(libraries, found)
+    # Callers first: LLVM leaves out what nothing that it has linked refers to.
+    for library in reversed(found):
+        module.link_in(
+            library.alone() if isinstance(library, _Piece) else library._get_module_for_linking(), preserve=True
+        )
+
+
+def _find(libraries: list[JITCodeLibrary], found: dict[JITCodeLibrary, None]) -> None:
+    """Adds these and all that they call, and that is not linked into them already; each after what it calls."""
     for library in libraries:
-        if isinstance(library, _Piece):
-            yield from _with_callees(library._linking_libraries)
-        yield library
+        if library not in found:
+            if isinstance(library, _Piece):
+                _find(library._linking_libraries, found)
+            found[library] = None
 
 
 # Nobody runs it, nor may.
@@ -85,8 +110,8 @@ class _Kernel(JITCodeLibrary):
     """A kernel, whose pieces nothing outside it can see."""
 
     def finalize(self) -> None:
-        # Callers first: LLVM leaves out what nothing that it has linked refers to.
-        self._linking_libraries = [*dict.fromkeys(_with_callees(self._linking_libraries))][::-1]
+        _link(self._final_module, self._linking_libraries)
+        self._linking_libraries = []
         super().finalize()
 
     def _finalize_final_module(self) -> None:
