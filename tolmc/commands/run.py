@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -37,9 +36,9 @@ def run_study(study: Path, shown: Mapping[str, bool], *, out: Path | None, **opt
         _note(note)
     for slip in slips(loaded):
         _note(slip)
-    directory = out or monte_carlo.default_directory(study)
-    result = monte_carlo.run(loaded, out=directory, on_summary=partial(_show_summary, shown), **options)
-    _show_rest(result, cast(Path, result.directory), shown)
+    directory, tables = out or monte_carlo.default_directory(study), _Tables(shown)
+    result = monte_carlo.run(loaded, out=directory, on_summary=tables.show, **options)
+    _show_rest(result, cast(Path, result.directory), shown, tables)
     return result.computed_share >= ENOUGH_COMPUTED
 
 
@@ -51,19 +50,32 @@ def _note(sentence: str) -> None:
 
 def resume_run(directory: Path, shown: Mapping[str, bool], **options: Any) -> bool:
     """Go on with the run in ``directory``, as :func:`run_study`; options are those of :func:`tolmc.runs.run.resume`."""
-    result = monte_carlo.resume(directory, on_summary=partial(_show_summary, shown), **options)
-    _show_rest(result, result.directory or directory, shown)
+    tables = _Tables(shown)
+    result = monte_carlo.resume(directory, on_summary=tables.show, **options)
+    _show_rest(result, result.directory or directory, shown, tables)
     return result.computed_share >= ENOUGH_COMPUTED
 
 
-def _show_summary(shown: Mapping[str, bool], result: monte_carlo.StudyResult) -> None:
-    """The tables, which need no pictures."""
-    if not shown["as_json"]:
-        show(brief_blocks(result) if shown["brief"] else run_blocks(result))
+class _Tables:
+    """The tables of a run, shown while its pictures are drawn: a reader that is gone costs nothing of what is still written."""
+
+    def __init__(self, shown: Mapping[str, bool]) -> None:
+        self._shown = shown
+        self.failure: OSError | SystemExit | None = None
+
+    def show(self, result: monte_carlo.StudyResult) -> None:
+        if self._shown["as_json"]:
+            return
+        try:
+            show(brief_blocks(result) if self._shown["brief"] else run_blocks(result))
+        except (OSError, SystemExit) as error:  # the second is what rich makes of a closed pipe
+            self.failure = error
 
 
-def _show_rest(result: monte_carlo.StudyResult, directory: Path, shown: Mapping[str, bool]) -> None:
+def _show_rest(result: monte_carlo.StudyResult, directory: Path, shown: Mapping[str, bool], tables: _Tables) -> None:
     """What is known at a run's end."""
+    if tables.failure is not None:
+        raise tables.failure
     if shown["as_json"]:
         click.echo(json.dumps(record(result), indent=1, ensure_ascii=False))
         return

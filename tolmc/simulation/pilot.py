@@ -123,7 +123,7 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy, 
         first = good & (met[left] == 0)
         met[left[first]] = steps
         met_error[left] = np.where(good, errors, met_error[left])
-        of_step[left] = np.where(good, coarse[R.ROUGHEST], of_step[left])
+        of_step[left] = np.where(good, np.maximum(coarse[R.ROUGHEST], coarse[R.DOUBT]), of_step[left])
         if np.median(errors) < nearest:
             nearest, best_steps = float(np.median(errors)), steps
         if good.all():

@@ -25,7 +25,7 @@ _STARTS = 5  # places of an interval at which the search for its polynomial's ma
 _NEWTON = 5
 _ATTEMPTS = 12
 #: What may be left of a maximum, as a share of the quantity's size, when it is added by the parabola there.
-_LEFT = 1e-8
+_LEFT = 1e-9
 #: By how many times the miss of a polynomial's value its curvature may be wrong: in the middle of an interval 18, where it
 #: vanishes with the square of the distance to an end 2 over that square (a Hermite polynomial's error); three times as much.
 _BENT, _BENT_BESIDE = 60.0, 6.0
