@@ -18,6 +18,13 @@ LOST = json.loads((DATA / "lost_contact.json").read_text())
 HIDDEN = json.loads((DATA / "between_steps.json").read_text())
 
 
+def compared_once(case):
+    """A motion at its given steps and at sixteen times as many, and the error of the first."""
+    scene, columns = replace(RESTING, duration=case["duration"]), {k: np.array([v]) for k, v in case["columns"].items()}
+    found, true = (simulated(scene, columns, times * case["steps"]) for times in (1, 16))
+    return found, true, error(found, true, scene.duration)[0]
+
+
 @pytest.mark.slow
 def test_no_good_status_stands_on_wrong_statistics():
     """At given steps to 1e-3 of the largest force, at those of the pilot to ten times the accuracy; loss times too."""
@@ -33,28 +40,24 @@ def test_no_good_status_stands_on_wrong_statistics():
 @pytest.mark.parametrize("name", LOST)
 def test_nothing_is_missed_in_the_step_in_which_contact_is_lost(name):
     """Motions of the fuzz that each had a good status and a force, or the instant, up to a third wrong."""
-    case = LOST[name]
-    scene, columns = replace(RESTING, duration=case["duration"]), {k: np.array([v]) for k, v in case["columns"].items()}
-    found, true = (simulated(scene, columns, times * case["steps"]) for times in (1, 16))
+    found, true, missed = compared_once(LOST[name])
     assert true.status[0] == "contact lost"
     if (
         found.status[0] != "contact lost"
     ):  # of one of them a spike shifts the rms by more than a given step is trusted for
         assert found.status[0] == "inaccurate"
         assert abs(found.contact_force_D_rms[0] - true.contact_force_D_rms[0]) > 1e-4 * true.contact_force_D_max[0]
-    assert error(found, true, scene.duration)[0] < 1e-4
+    assert missed < 1e-4
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HIDDEN)
 def test_nothing_is_missed_that_steps_hide(name):
     """Motions of the fuzz that each had a good status and wrong statistics: right now, or told to be inaccurate."""
-    case = HIDDEN[name]
-    scene, columns = replace(RESTING, duration=case["duration"]), {k: np.array([v]) for k, v in case["columns"].items()}
-    found, true = (simulated(scene, columns, times * case["steps"]) for times in (1, 16))
-    missed = error(found, true, scene.duration)[0]
-    if case["within"] is None:
+    found, _, missed = compared_once(HIDDEN[name])
+    within = HIDDEN[name]["within"]
+    if within is None:
         assert found.status[0] == "inaccurate"
         assert missed > 1e-3
     else:
-        assert missed < case["within"]
+        assert missed < within

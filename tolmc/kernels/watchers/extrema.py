@@ -94,6 +94,7 @@ def watch(system: System, between: Between) -> Watcher:
 
     @device
     def force_turns(here, after, force, length, lane):
+        """Whether a lane's N_D (0) or N_E (1) may turn in an interval of ``length`` (s), its mean looked at too."""
         n0, n1 = here[force * WIDTH + lane], after[force * WIDTH + lane]
         m0, m1 = here[(RATE_D + force) * WIDTH + lane], after[(RATE_D + force) * WIDTH + lane]
         mean = here[(SUM_D + 2 * force) * WIDTH + lane] / length

@@ -4,7 +4,8 @@ The steps of a motion differ in how rough they are by orders of magnitude, and e
 tells whether the motion is resolved. Its energy as a whole often does not, but by how much a step changes it tells one step
 from another. Rough is a step that does so, whose last stage, of low order, sees other forces than its end, and whose mean
 forces are not those of its ends and their rates: the product of the three finds the worst step, or one that errs a tenth as
-much, in 98 % of random motions; any of them alone in 93 to 96 %.
+much, in 97 to 99 % of random motions whose worst step errs by 1e-8 to 0.1; the two of forces alone in 91 to 97 %, and energy,
+which chance may leave as it was, in 97 to 98 %.
 """
 
 from __future__ import annotations
