@@ -236,6 +236,23 @@ def test_a_kernel_found_on_disk_gives_the_numbers_of_the_one_that_was_compiled(t
 
 
 @compiled_only
+def test_a_kernel_found_on_disk_is_called_by_one_that_is_compiled(tmp_path):
+    """As a run by the published forms finds some of their kernels, when one that took fewer of them came before."""
+    (tmp_path / "program.py").write_text(
+        "import sys\nfrom tolmc.kernels import jit\n"
+        "@jit.kernel\ndef inner(x):\n    return x * x\n"
+        "@jit.kernel\ndef outer(x):\n    return inner(x) + 1.0\n"
+        "print((inner if sys.argv[1] == 'first' else outer)(3.0))\n"
+    )
+    environment = {**os.environ, "TOLMC_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(SOURCES.parents[1])}
+    said = {"cwd": tmp_path, "env": environment, "check": True, "capture_output": True, "text": True, "timeout": 60}
+    first, second = (
+        subprocess.run([sys.executable, "program.py", name], **said).stdout for name in ("first", "second")
+    )
+    assert (float(first), float(second)) == (9.0, 10.0)
+
+
+@compiled_only
 def test_kernels_made_in_several_threads_have_their_place_each(monkeypatch, tmp_path):
     """Threads that change Numba's setting side by side would leave each other the place that one of them has put back."""
     monkeypatch.setattr(jit, "_CACHE", tmp_path)

@@ -22,7 +22,7 @@ from numba.core import event
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
 
-from tolmc.kernels.linking import KernelCompiler, PieceCompiler
+from tolmc.kernels.linking import EntryCompiler, KernelCompiler, PieceCompiler
 
 # Never nnan or ninf: a diverged lane must stay recognisable as NaN.
 _STRICT = {"nogil": True, "error_model": "numpy"}
@@ -205,15 +205,15 @@ def _compiled_by_one(dispatcher, folder: Path):
     return dispatcher
 
 
-def kernel(function):
+def kernel(function, compiler: type = KernelCompiler):
     """An entry point: compiled once, cached on disk where there is a place, runs without the interpreter lock."""
     if _CACHE is None:
-        return nb.njit(pipeline_class=KernelCompiler, **_OPTIONS)(function)
+        return nb.njit(pipeline_class=compiler, **_OPTIONS)(function)
     # The directory is read when the function is decorated; restoring it leaves the user's own Numba functions alone.
     with _DECORATING:
         previous, nb.config.CACHE_DIR = nb.config.CACHE_DIR, str(_CACHE)
         try:
-            compiled = nb.njit(cache=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
+            compiled = nb.njit(cache=True, pipeline_class=compiler, **_OPTIONS)(function)
         finally:
             nb.config.CACHE_DIR = previous
     return compiled if nb.config.DISABLE_JIT else _compiled_by_one(compiled, _CACHE)
@@ -237,13 +237,13 @@ def once(build: Callable) -> Callable:
 
 
 def entry(template: Callable, name: str, **parts):
-    """A :func:`kernel` named ``name``: the function ``template`` with ``parts`` in place of its module's names.
+    """A :func:`kernel` named ``name``, for Python alone: the function ``template`` with ``parts`` in place of its module's names.
 
     Numba's cache knows an entry by its name, its bytecode and the contents of its closure. Compiled functions in a closure
     would look different in every process; global names it does not look at, and what stands behind them is sources alone,
     whose hash the cache's place carries.
     """
-    return kernel(_filled(template, name, parts))
+    return kernel(_filled(template, name, parts), EntryCompiler)
 
 
 def piece(template: Callable, name: str, **parts):

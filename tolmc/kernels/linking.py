@@ -120,8 +120,12 @@ class _Kernel(JITCodeLibrary):
                 function.linkage = Linkage.internal
         super()._finalize_final_module()
 
+
+class _Entry(_Kernel):
+    """A kernel that Python alone calls."""
+
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """Machine code, and beside it names alone where Numba keeps intermediate code for callers, which a kernel has none of.
+        """Machine code, and beside it names alone where Numba keeps intermediate code for callers.
 
         Reading that took 0.03 s a kernel.
         """
@@ -156,7 +160,15 @@ class PieceCompiler(_Compiler):
 class KernelCompiler(_Compiler):
     """Compiler of kernels."""
 
+    _library: ClassVar[type[_Kernel]] = _Kernel
+
     def define_pipelines(self) -> list:
-        self.state.library = _Kernel(self.state.targetctx.codegen(), "kernel")
+        self.state.library = self._library(self.state.targetctx.codegen(), "kernel")
         self.state.library.enable_object_caching()
         return super().define_pipelines()
+
+
+class EntryCompiler(KernelCompiler):
+    """Compiler of kernels that Python alone calls: found on disk and called from other code they end the process."""
+
+    _library = _Entry
