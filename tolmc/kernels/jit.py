@@ -237,7 +237,7 @@ def once(build: Callable) -> Callable:
 
 
 def entry(template: Callable, name: str, **parts):
-    """A :func:`kernel` named ``name``, for Python alone: the function ``template`` with ``parts`` in place of its module's names.
+    """A :func:`kernel` named ``name`` for Python alone: the function ``template``, ``parts`` in place of its module's names.
 
     Numba's cache knows an entry by its name, its bytecode and the contents of its closure. Compiled functions in a closure
     would look different in every process; global names it does not look at, and what stands behind them is sources alone,
