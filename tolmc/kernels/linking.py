@@ -111,7 +111,7 @@ class _Kernel(JITCodeLibrary):
 
     def finalize(self) -> None:
         _link(self._final_module, self._linking_libraries)
-        self._linking_libraries = []
+        self._linking_libraries.clear()
         super().finalize()
 
     def _finalize_final_module(self) -> None:
