@@ -22,7 +22,7 @@ from numba.core import event
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
 
-from tolmc.kernels.linking import EntryCompiler, KernelCompiler, PieceCompiler
+from tolmc.kernels.compiling import EntryCompiler, KernelCompiler, PieceCompiler
 
 # Never nnan or ninf: a diverged lane must stay recognisable as NaN.
 _STRICT = {"nogil": True, "error_model": "numpy"}

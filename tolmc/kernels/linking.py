@@ -9,49 +9,27 @@ but the entry is internal, so that it runs on its own pieces wherever it is load
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 from llvmlite.binding import Linkage, ModuleRef, parse_assembly
+from llvmlite.ir import Module
 from numba._dynfunc import make_function
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, Flags
+
+#: Eight numbers at a time where a processor can: of Intel's LLVM takes four, with which a motion takes a quarter longer.
+_WIDEST = '"prefer-vector-width"="512"'
 
 
-class _Settled(Flags):
-    """A compiler's options that stay as they are, one object for each choice of them.
+class _Library(JITCodeLibrary):
+    """Code whose loops over lanes are as wide as the processor."""
 
-    Numba finds what it has compiled by its options, and compares them one by one, five million of them in a kernel: a tenth of
-    its compilation.
-    """
-
-    __slots__ = ()
-    _HASH = hash(Flags())  # of their names alone
-
-    def copy(self) -> Flags:
-        return Flags(self)  # to be changed by whoever asks for it
-
-    def __hash__(self) -> int:
-        return self._HASH
-
-    def __eq__(self, other: object) -> bool:
-        return self is other if isinstance(other, _Settled) else super().__eq__(other)
+    def add_ir_module(self, ir_module: Module) -> None:
+        for function in ir_module.functions:
+            set.add(function.attributes, _WIDEST)  # llvmlite's own method takes attributes without a value alone
+        super().add_ir_module(ir_module)
 
 
-class _Options(Flags):
-    """Options whose copy, which Numba looks at while it compiles, is the one that stays as it is."""
-
-    __slots__ = ()
-    _known: ClassVar[list[_Settled]] = []
-
-    def copy(self) -> _Settled:
-        for known in self._known:
-            if known.values() == self.values():
-                return known
-        self._known.append(_Settled(self))
-        return self._known[-1]
-
-
-class _Piece(JITCodeLibrary):
+class Piece(_Library):
     """Intermediate code, to be linked into that of its callers."""
 
     is_inlined = False
@@ -89,7 +67,7 @@ def _link(module: ModuleRef, libraries: list[JITCodeLibrary]) -> None:
     # Callers first: LLVM leaves out what nothing that it has linked refers to.
     for library in reversed(found):
         module.link_in(
-            library.alone() if isinstance(library, _Piece) else library._get_module_for_linking(), preserve=True
+            library.alone() if isinstance(library, Piece) else library._get_module_for_linking(), preserve=True
         )
 
 
@@ -97,7 +75,7 @@ def _find(libraries: list[JITCodeLibrary], found: dict[JITCodeLibrary, None]) ->
     """Adds these and all that they call, and that is not linked into them already; each after what it calls."""
     for library in libraries:
         if library not in found:
-            if isinstance(library, _Piece):
+            if isinstance(library, Piece):
                 _find(library._linking_libraries, found)
             found[library] = None
 
@@ -106,7 +84,7 @@ def _find(libraries: list[JITCodeLibrary], found: dict[JITCodeLibrary, None]) ->
 _NAME_ALONE = 'define void @"{}"() {{ unreachable }}'
 
 
-class _Kernel(JITCodeLibrary):
+class Kernel(_Library):
     """A kernel, whose pieces nothing outside it can see."""
 
     def finalize(self) -> None:
@@ -121,7 +99,7 @@ class _Kernel(JITCodeLibrary):
         super()._finalize_final_module()
 
 
-class _Entry(_Kernel):
+class Entry(Kernel):
     """A kernel that Python alone calls."""
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
@@ -135,40 +113,6 @@ class _Entry(_Kernel):
         return self.name, "object", (self._get_compiled_object(), parse_assembly(names).as_bitcode())
 
 
-def _by_compiled_code_alone(library: JITCodeLibrary, fndesc: Any, env: Any) -> object:
+def by_compiled_code_alone(library: JITCodeLibrary, fndesc: Any, env: Any) -> object:
     """What Numba knows a piece by: a function without an address."""
     return make_function(fndesc.lookup_module(), fndesc.qualname, "a piece of a kernel", 0, env, (library,))
-
-
-class _Compiler(Compiler):
-    def __init__(self, *context: Any) -> None:
-        super().__init__(*context)
-        self.state.flags = _Options(self.state.flags)
-
-
-class PieceCompiler(_Compiler):
-    """Compiler of functions that compiled code alone calls; called from Python they end the process."""
-
-    def define_pipelines(self) -> list:
-        state = self.state
-        state.targetctx = state.targetctx.subtarget(get_executable=_by_compiled_code_alone)
-        state.library = _Piece(state.targetctx.codegen(), "piece")
-        state.library.is_inlined = state.flags.forceinline
-        return super().define_pipelines()
-
-
-class KernelCompiler(_Compiler):
-    """Compiler of kernels."""
-
-    _library: ClassVar[type[_Kernel]] = _Kernel
-
-    def define_pipelines(self) -> list:
-        self.state.library = self._library(self.state.targetctx.codegen(), "kernel")
-        self.state.library.enable_object_caching()
-        return super().define_pipelines()
-
-
-class EntryCompiler(KernelCompiler):
-    """Compiler of kernels that Python alone calls: found on disk and called from other code they end the process."""
-
-    _library = _Entry

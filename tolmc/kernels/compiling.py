@@ -1,0 +1,159 @@
+"""What Numba does to make a kernel, less what it does there in vain: a fifth of the time that a compilation takes.
+
+Nearly all of that time passes in Python, in Numba's own analyses and types.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from numba.core import types
+from numba.core.compiler import Compiler, Flags
+from numba.core.compiler_machinery import PassManager
+from numba.core.cpu import CPUContext
+from numba.core.typing.context import Context
+from numba.extending import models, register_model
+
+from tolmc.kernels.linking import Entry, Kernel, Piece, by_compiled_code_alone
+
+#: Passes for what no piece has: closures within, contexts, raised errors, loops over tuples of several types, expressions of
+#: whole arrays, overloads to be inlined; and those that write for people. After each Numba analyses anew.
+_IN_VAIN = {
+    "WithLifting", "InlineClosureLikes", "MakeFunctionToJitFunction", "RewriteSemanticConstants", "RewriteDynamicRaises",
+    "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites",
+    "NoPythonSupportedFeatureValidation", "DumpParforDiagnostics",
+}  # fmt: skip
+
+
+class _Settled(Flags):
+    """A compiler's options that stay as they are, one object for each choice of them.
+
+    Numba finds what it has compiled by its options, and compares them one by one, five million of them in a kernel: a tenth of
+    its compilation.
+    """
+
+    __slots__ = ()
+    _HASH = hash(Flags())  # of their names alone
+
+    def copy(self) -> Flags:
+        return Flags(self)  # to be changed by whoever asks for it
+
+    def __hash__(self) -> int:
+        return self._HASH
+
+    def __eq__(self, other: object) -> bool:
+        return self is other if isinstance(other, _Settled) else super().__eq__(other)
+
+
+class _Options(Flags):
+    """Options whose copy, which Numba looks at while it compiles, is the one that stays as it is."""
+
+    __slots__ = ()
+    _known: ClassVar[list[_Settled]] = []
+
+    def copy(self) -> _Settled:
+        for known in self._known:
+            if known.values() == self.values():
+                return known
+        self._known.append(_Settled(self))
+        return self._known[-1]
+
+
+class _Function(types.Function):
+    """An operator or a function of Numba's, which remembers of what types it makes what.
+
+    Of every product it is otherwise asked whether it is one of lists, of sets, of dates or of arrays, and that again whenever
+    Numba looks whether all types are settled: twelve thousand questions in a kernel with three hundred answers.
+    """
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function.templates)
+        self._impl_keys = function._impl_keys  # others may have asked the function itself
+        self._made: dict[tuple, Any] = {}
+
+    def get_call_type(self, context: Any, args: tuple, kws: Mapping[str, types.Type]) -> Any:
+        if kws:
+            return super().get_call_type(context, args, kws)
+        if args not in self._made:
+            self._made[args] = super().get_call_type(context, args, kws)
+        return self._made[args]
+
+
+register_model(_Function)(models.OpaqueModel)
+
+
+class _Typing(Context):
+    """Numba's typing context, with all that it knows, and functions that remember."""
+
+    _functions: ClassVar[dict[types.Function, _Function]] = {}
+
+    def __init__(self, context: Context) -> None:
+        self.__dict__ = context.__dict__
+
+    def _lookup_global(self, value: Any) -> Any:
+        found = super()._lookup_global(value)
+        if type(found) is not types.Function:
+            return found
+        if found not in self._functions:
+            self._functions[found] = _Function(found)
+        return self._functions[found]
+
+
+class _Target(CPUContext):
+    """Numba's target, which does not look for what it lacks again and again.
+
+    It finds no way to convert arrays, nor to take a part of one by a constant, and looks each time whether anybody has brought
+    one since: once for every element of an array.
+    """
+
+    def __init__(self, target: CPUContext, typing: Context) -> None:
+        self.__dict__.update(target.__dict__, typing_context=typing)
+
+    def get_function(self, fn: Any, sig: Any, _firstcall: bool = True) -> Any:
+        return super().get_function(fn, sig, _firstcall and not isinstance(fn, str))
+
+
+class _Compiler(Compiler):
+    _in_vain: ClassVar[set[str]] = _IN_VAIN
+
+    def __init__(self, typing: Context, target: CPUContext, *choices: Any) -> None:
+        typing = _Typing(typing)
+        super().__init__(typing, _Target(target, typing), *choices)
+        self.state.flags = _Options(self.state.flags)
+
+    def define_pipelines(self) -> list[PassManager]:
+        pipelines = super().define_pipelines()
+        for pipeline in pipelines:
+            pipeline.passes = [one for one in pipeline.passes if one[0].__name__ not in self._in_vain]
+        return pipelines
+
+
+class PieceCompiler(_Compiler):
+    """Compiler of functions that compiled code alone calls; called from Python they end the process."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        state = self.state
+        state.targetctx = state.targetctx.subtarget(get_executable=by_compiled_code_alone)
+        state.library = Piece(state.targetctx.codegen(), "piece")
+        state.library.is_inlined = state.flags.forceinline
+        return super().define_pipelines()
+
+
+class KernelCompiler(_Compiler):
+    """Compiler of kernels, which may have whole arrays in their expressions."""
+
+    _in_vain: ClassVar[set[str]] = set()
+    _library: ClassVar[type[Kernel]] = Kernel
+
+    def define_pipelines(self) -> list[PassManager]:
+        self.state.library = self._library(self.state.targetctx.codegen(), "kernel")
+        self.state.library.enable_object_caching()
+        return super().define_pipelines()
+
+
+class EntryCompiler(KernelCompiler):
+    """Compiler of kernels that Python alone calls: found on disk and called from other code they end the process."""
+
+    _in_vain = _IN_VAIN
+    _library = Entry
