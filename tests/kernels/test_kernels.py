@@ -18,6 +18,7 @@ import numba as nb
 import numpy as np
 import pytest
 from from_python import called
+from numba.extending import overload
 from scipy.integrate._ivp import dop853_coefficients as dop853
 from small_study import write
 
@@ -244,6 +245,18 @@ def test_what_numba_makes_of_given_types_it_is_asked_once(monkeypatch, tmp_path)
     of_kernel = {key: count for key, count in asked.items() if key[0] in (operator.mul, operator.add, operator.getitem)}
     assert len(of_kernel) > 3
     assert set(of_kernel.values()) == {1}
+
+
+@compiled_only
+def test_kernels_are_compiled_when_an_operator_has_learned_something(monkeypatch):
+    monkeypatch.setattr(jit, "_CACHE", None)  # before it looks on disk Numba learns all by itself
+    assert jit.kernel(lambda x: x + x)(np.float32(2.0)) == 4.0
+
+    @overload(operator.add)
+    def add_texts(a, b):
+        """Nothing that a kernel has: of these types Numba is to ask others."""
+
+    assert jit.kernel(lambda x: x + 2 * x)(np.float32(2.0)) == 6.0
 
 
 _NUMBERS = """

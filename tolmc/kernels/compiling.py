@@ -91,6 +91,11 @@ class _Typing(Context):
     def __init__(self, context: Context) -> None:
         self.__dict__ = context.__dict__
 
+    def refresh(self) -> None:
+        plain = Context.__new__(Context)  # it adds to functions as they were
+        plain.__dict__ = self.__dict__
+        plain.refresh()
+
     def _lookup_global(self, value: Any) -> Any:
         found = super()._lookup_global(value)
         if type(found) is not types.Function:

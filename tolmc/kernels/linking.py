@@ -34,15 +34,18 @@ class Piece(_Library):
 
     is_inlined = False
 
+    def add_ir_module(self, ir_module: Module) -> None:
+        if not self.is_inlined:
+            # Taken over by the loops of a whole kernel they make a motion with its statistics take half as long again.
+            for function in ir_module.functions:
+                if not function.is_declaration and not function.linkage:  # its own, which others see
+                    function.attributes.add("noinline")
+        super().add_ir_module(ir_module)
+
     def finalize(self) -> None:
         """Alone: what it calls joins it in the kernel, once, and not with each of its callers."""
         self._raise_if_finalized()
         self._finalize_dynamic_globals()
-        if not self.is_inlined:
-            # Taken over by the loops of a whole kernel they make a motion with its statistics take half as long again.
-            for function in self._final_module.functions:
-                if function.linkage == Linkage.external and not function.is_declaration:
-                    function.add_function_attribute("noinline")
         self._finalized = True
         self._with_callees: ModuleRef | None = None
 
