@@ -1,6 +1,6 @@
-"""What Numba does to make a kernel, less what it does there in vain: a fifth of the time that a compilation takes.
+"""What Numba does to make a kernel, less what it does there in vain: a third of the time that a compilation takes.
 
-Nearly all of that time passes in Python, in Numba's own analyses and types.
+That time passes in Python, in Numba's own analyses and types.
 """
 
 from __future__ import annotations

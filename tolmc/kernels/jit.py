@@ -206,7 +206,10 @@ def _compiled_by_one(dispatcher, folder: Path):
 
 
 def kernel(function, compiler: type = KernelCompiler):
-    """An entry point: compiled once, cached on disk where there is a place, runs without the interpreter lock."""
+    """An entry point: compiled once, cached on disk where there is a place, runs without the interpreter lock.
+
+    Other kernels may call it, unless its ``compiler`` is the one of entries.
+    """
     if _CACHE is None:
         return nb.njit(pipeline_class=compiler, **_OPTIONS)(function)
     # The directory is read when the function is decorated; restoring it leaves the user's own Numba functions alone.

@@ -83,10 +83,6 @@ def _find(libraries: list[JITCodeLibrary], found: dict[JITCodeLibrary, None]) ->
             found[library] = None
 
 
-# Nobody runs it, nor may.
-_NAME_ALONE = 'define void @"{}"() {{ unreachable }}'
-
-
 class Kernel(_Library):
     """A kernel, whose pieces nothing outside it can see."""
 
@@ -100,6 +96,10 @@ class Kernel(_Library):
             if function.linkage == Linkage.linkonce_odr and not function.is_declaration:
                 function.linkage = Linkage.internal
         super()._finalize_final_module()
+
+
+# Nobody runs it, nor may.
+_NAME_ALONE = 'define void @"{}"() {{ unreachable }}'
 
 
 class Entry(Kernel):
