@@ -1,7 +1,8 @@
 """Floating-point operations of a step of the block kernel, counted on the kernel's own source.
 
 The device functions run as plain Python on numbers that record what is done to them; only what the results depend on
-counts, as in compiled code. An addition, a multiplication, a division and a square root are one operation each.
+counts, as in compiled code. An addition, a multiplication, a division and a square root are one operation each, an inverse
+root two, whatever it is made of.
 """
 
 from __future__ import annotations
@@ -87,7 +88,11 @@ def _right_hand_side() -> int:
         def sqrt(x):
             return Traced(math.sqrt(x.value), x)
 
+    def inverse_root(x):
+        return 1.0 / Roots.sqrt(x)
+
     plain = {name: found.py_func for name, found in vars(slope_symmetric).items() if hasattr(found, "py_func")}
+    plain["inverse_root"] = inverse_root
     originals = {name: getattr(slope_symmetric, name) for name in plain}
     try:
         slope_symmetric.math = Roots

@@ -16,11 +16,12 @@ from twins.newton_euler import SlidingBody
 from uncompiled import run_uncompiled
 
 from tolmc import Joint, Loads
-from tolmc.kernels import engine
+from tolmc.kernels import engine, jit
 from tolmc.kernels import results as R
 from tolmc.kernels.formulations import FORMULATIONS
-from tolmc.kernels.lanes import WIDTH
+from tolmc.kernels.lanes import WIDTH, lanes
 from tolmc.kernels.one_sided import hand_over, layout, start
+from tolmc.kernels.seen import RATE_D, RATE_E, RATE_W2
 from tolmc.kernels.tableaux import RK8
 from tolmc.simulation.features import features_of
 from tolmc.simulation.packing import pack
@@ -182,10 +183,34 @@ def test_contact_forces_and_energy_of_the_twin(name):
     assert kinetic + potential == pytest.approx(energy, rel=1e-10)
 
 
+@every_formulation
+def test_a_look_sees_the_rates_of_the_motion(name):
+    """Of N_D, N_E and |w|^2, against differences of what a trace observes."""
+    system, scene, steps = engine._system(name, "rk8", True, True), SCENES[name], 40
+    h, rows, see = scene.duration / 2000, system.layout.rows, system.stepper.see
+    raw, _ = pack(scene.scalars, 1)
+    states, coef = np.empty((steps + 1, system.equations.STATE)), np.empty(system.equations.COEFFICIENTS * WIDTH)
+    engine.build_trace(name, "rk8", load=True)(raw, steps, steps * h, False, states, coef)
+    values = np.empty((11, steps + 1))
+    engine.build_observe(name, load=True)(states, coef, values)
+
+    @nb.njit(**jit._OPTIONS)
+    def look(y, coef, h, seen):
+        see(y, coef, h, seen, lanes(rows))
+
+    at, found = range(2, steps - 1), np.empty((system.seen, WIDTH))
+    for n in at:
+        look(np.repeat(states[n], WIDTH), coef, np.full(WIDTH, h), found.reshape(-1))
+        near = values[[4, 5, 10], n - 2 : n + 3]
+        expected = (8 * (near[:, 3] - near[:, 1]) - (near[:, 4] - near[:, 0])) / 12
+        size = np.abs(values[[4, 5, 10]]).max(axis=1) * h / scene.duration
+        np.testing.assert_array_less(np.abs(found[[RATE_D, RATE_E, RATE_W2], 0] - expected), 1e-4 * size)
+
+
 @every_kernel(("rk8", True), ("rk4", True), ("rk8", False))
 def test_a_lane_does_not_see_its_neighbours(name, method, forces):
     """Bit for bit: a column alone, in a full block, and at another place of another block."""
-    n, steps = WIDTH + 2, 3
+    n, steps = WIDTH + 2, 9
     scene = SCENES[name]
     large = scene.joint.bearing_radius * (1 + 0.05 * np.random.default_rng(3).uniform(-1, 1, n))
     raw, _ = pack({**scene.scalars, "bearing_radius": large}, n)

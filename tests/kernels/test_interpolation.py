@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BarycentricInterpolator, KroghInterpolator
 
-from tolmc.kernels.interpolation import through
+from tolmc.kernels.interpolation import slope_through, through
 
 
 @pytest.mark.parametrize("places", [[0.0, 0.3, 0.5, 1.0], [-1.5, -0.5, 0.5, 1.5], [1.0, 0.0]])
@@ -22,3 +22,12 @@ def test_the_polynomial_goes_through_values_and_rates(places):
 
 def test_coefficients_that_are_whole_or_halves_are_exact():
     assert through([0.0, 1.0], rates=True).tolist() == [[1, 0, 0, 0], [0, 0, 1, 0], [-3, 3, -2, -1], [2, -2, 1, 1]]
+
+
+@pytest.mark.parametrize(("count", "place"), [(5, 2), (7, 3), (7, 0), (3, 1)])
+def test_the_slope_through_values_and_means_is_a_polynomial_s(count, place):
+    polynomial = np.polynomial.Polynomial(np.random.default_rng(2).normal(size=2 * count - 1))
+    ends, integral = np.arange(count), polynomial.integ()
+    known = np.concatenate((polynomial(ends), np.diff(integral(ends))))
+    terms = slope_through(count, place) * known
+    assert terms.sum() == pytest.approx(polynomial.deriv()(place), abs=1e-14 * np.abs(terms).sum())

@@ -24,6 +24,7 @@ from tolmc.kernels.watchers import (
     friction,
     invariants,
     pose,
+    rates,
     step_error,
     together,
 )
@@ -110,7 +111,8 @@ def _watchers(system: System, forces: bool) -> list[Watcher]:
         polynomials = between(system)
         statistics = [extrema.watch(system, polynomials), step_error.watch(system, polynomials)]
         rubbing = [friction.watch(system)] if system.equations.RUBS else []
-        watchers = [contact_loss.watch(system, polynomials), *statistics, *watchers, *rubbing]
+        loss = contact_loss.watch(system, polynomials)
+        watchers = [rates.watch(system), loss, *statistics, *watchers, *rubbing]
     return [*watchers, invariants.angular_momentum(system), pose.watch(system)]
 
 

@@ -28,6 +28,17 @@ def through(places: Sequence[float], *, rates: bool = False) -> np.ndarray:
     return np.array(_inverse(rows), dtype=float)
 
 
+def slope_through(count: int, place: int) -> np.ndarray:
+    """Weights of ``count`` values, at 0, 1, ..., and of the means between them: the slope at ``place``.
+
+    Of the polynomial, of degree 2 ``count`` - 2, that has these values and means.
+    """
+    ends, powers = [Fraction(end - place) for end in range(count)], range(2 * count - 1)
+    rows = [[end**power for power in powers] for end in ends]
+    rows += [[((end + 1) ** (power + 1) - end ** (power + 1)) / (power + 1) for power in powers] for end in ends[:-1]]
+    return np.array(_inverse(rows)[1], dtype=float)
+
+
 def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
     """By Gauss and Jordan."""
     n = len(rows)

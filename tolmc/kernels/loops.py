@@ -10,7 +10,7 @@ import numpy as np
 
 from tolmc.kernels.lanes import WIDTH, Run, lanes
 from tolmc.kernels.results import DIVERGED, DOUBT, END_TIME, MOMENTUM_ERROR, OK, ROUGHEST, STATUS
-from tolmc.kernels.seen import ROWS, STEPS, SUPPORT, WORK, Window
+from tolmc.kernels.seen import REACH, ROWS, STEPS, WORK, Window
 
 #: Of the equations.
 prepare = start = observe_lane = None
@@ -71,7 +71,7 @@ def watch_blocks(run, work, states, seen):
     """The loop of :func:`watch`."""
     raw, out, steps = run.raw, run.out, run.steps
     coef, h, ends, seen_there, length = work[coef_rows], work[h_rows], work[end_state], work[end_seen], work[part_h]
-    n, total = raw.shape[1], max(steps, SUPPORT - 1)
+    n, total = raw.shape[1], max(steps, 2 * REACH)
     for block in range(0, n, WIDTH):
         y = states[: state * WIDTH]
         for lane in range(WIDTH):
@@ -97,9 +97,10 @@ def watch_blocks(run, work, states, seen):
             is_last = first + row == total
             if is_last:
                 see(states[row * state * WIDTH : (row + 1) * state * WIDTH], coef, h, at(seen, row), work)
-            last = row if is_last else row - 1
+            known = row if is_last else row - 1
+            last = known if is_last else known - REACH
             tail = steps - first - 1 if is_last else last - 2
-            scan(run, block, Window(states, seen, first, head, tail, last), coef, work)
+            scan(run, block, Window(states, seen, first, head, tail, last, known), coef, work)
             going = 0
             for lane in range(WIDTH):
                 going += work[until + lane] > first + tail + 1

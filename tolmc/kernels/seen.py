@@ -29,16 +29,19 @@ SEEN_RUBBING = SEEN + 10
 
 #: Rows of the polynomials between two ends: two ends on either side.
 SUPPORT = 4
+#: The forces' rates at an end are those of the polynomial through the ends and means of as many steps on either side.
+REACH = 3
 #: Steps from one look at a window to the next; states and what is seen of as many stay in the second-level cache.
 STEPS = 64
 #: Ends in a window: those of the steps, and those that the next look still needs.
-ROWS = STEPS + SUPPORT + 1
+ROWS = STEPS + SUPPORT + REACH
 
 
 class Window(NamedTuple):
     """Ends of steps ``first``, ``first`` + 1, ... of a block: ``states`` (row, state, lane), ``seen`` (row, what, lane), flat.
 
-    The watchers look at the intervals from row ``head`` to row ``tail`` + 1; ``last`` is the last row with what is seen.
+    The watchers look at the intervals from row ``head`` to row ``tail`` + 1; ``last`` is the last row with what is seen and its
+    rates, ``end`` the last with what is seen.
     """
 
     states: np.ndarray
@@ -47,6 +50,7 @@ class Window(NamedTuple):
     head: int
     tail: int
     last: int
+    end: int
 
 
 @inlined

@@ -19,7 +19,9 @@ A formulation has, with SI units at its borders and every array flat, (row, lane
     last ``finish(y, held, coef, h, k, first, lane, width, with_load)``: h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T,
     V and the power of the torque. ``held`` has what one part hands on to the next, in HELD rows after those of the state.
 ``sense(y, held, coef, lane, width, with_load)``
-    In place of the last part: N_D, N_E, |w|^2.
+    In place of the last part: N_D, N_E.
+``rate_of_w2(y, k, coef, lane, width)``
+    The rate of |w|^2, of the length of the step in whose increments ``k`` the last part has put h y'.
 ``advance(y, coef, h, k, first, lane, width, with_load)``
     The whole as the last part has it, in one go: of equations so short that without forces this is the faster way.
 ``project(y, coef, lane, width)``

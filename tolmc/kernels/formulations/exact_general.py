@@ -133,13 +133,22 @@ def finish(y, held, coef, h, k, first, lane, width, with_load):
 
 
 @device
+def rate_of_w2(y, k, coef, lane, width):
+    """The rate of |w|^2, over a step, with h y' in ``k``."""
+    length = coef[_LENGTH * width + lane]
+    return length * length * section.rate_of_w2(
+        y[3 * width + lane], y[4 * width + lane], k[3 * width + lane], k[4 * width + lane],
+        coef[_CLEARANCE * width + lane], coef[_JOURNAL * width + lane],
+    )  # fmt: skip
+
+
+@device
 def sense(y, held, coef, lane, width, with_load):
-    """N_D, N_E, |w|^2 in place of the last part."""
-    _, _, _, _, _, _, _, big_y, n_d, n_e, _, _, _, _, _ = _from_shape(
+    """N_D, N_E in place of the last part."""
+    _, _, _, _, _, _, _, _, n_d, n_e, _, _, _, _, _ = _from_shape(
         y, section.held_shape(held, STATE * width + lane, width), coef, lane, width, with_load
     )
-    w = coef[_LENGTH * width + lane] * big_y
-    return n_d, n_e, w * w
+    return n_d, n_e
 
 
 HELD, PARTS = 10, (begin, finish)

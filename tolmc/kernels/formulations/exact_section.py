@@ -77,6 +77,17 @@ def shape(cos_d, sin_d, sin_e, nu, clearance, journal):
 
 
 @device
+def rate_of_w2(sin_d, sin_e, sin_d_rate, sin_e_rate, clearance, journal):
+    """Rate of Y^2, Y = (clearance + journal (1 - cos(eps))) sin(delta)/kappa."""
+    cos_e = math.sqrt(1.0 - sin_e * sin_e)
+    fold, kappa = 1.0 + cos_e, 1.0 + journal * sin_e
+    inverse = 1.0 / (kappa * fold * cos_e)
+    mu = (clearance * fold + journal * sin_e * sin_e) * cos_e * inverse
+    bend = fold * inverse * (sin_e - mu * cos_e)
+    return 2.0 * mu * sin_d * (mu * sin_d_rate + journal * sin_e_rate * sin_d * bend)
+
+
+@device
 def hold(shaped, held, at, width):
     """What :func:`shape` has, to rows from ``at`` on."""
     (

@@ -82,12 +82,18 @@ def finish(y, held, coef, h, k, first, lane, width, with_load):
 
 
 @device
-def sense(y, held, coef, lane, width, with_load):
-    """N_D, N_E, |w|^2 in place of the last part."""
-    posed = slope_symmetric.held_pose(held, STATE * width + lane, width)
-    _, _, _, _, n_d, n_e, _, _, _, _, q = _from_pose(y, posed, coef, lane, width, with_load)
+def rate_of_w2(y, k, coef, lane, width):
+    """The rate of |w|^2, over a step, with h y' in ``k``."""
     r = coef[slope_symmetric.R * width + lane]
-    return n_d, n_e, r * r * q
+    return 2.0 * r * r * y[width + lane] * k[width + lane]
+
+
+@device
+def sense(y, held, coef, lane, width, with_load):
+    """N_D, N_E in place of the last part."""
+    posed = slope_symmetric.held_pose(held, STATE * width + lane, width)
+    _, _, _, _, n_d, n_e, _, _, _, _, _ = _from_pose(y, posed, coef, lane, width, with_load)
+    return n_d, n_e
 
 
 HELD, PARTS = slope_symmetric.HELD, (begin, finish)

@@ -278,12 +278,20 @@ def finish(y, held, coef, h, k, first, lane, width, with_load):
 
 
 @device
+def rate_of_w2(y, k, coef, lane, width):
+    """The rate of |w|^2, over a step, with h y' in ``k``."""
+    u, u_rate = y[lane] - y[2 * width + lane], k[lane] - k[2 * width + lane]
+    v, v_rate = y[width + lane] - y[3 * width + lane], k[width + lane] - k[3 * width + lane]
+    return 0.5 * (u * u_rate + v * v_rate)
+
+
+@device
 def sense(y, held, coef, lane, width, with_load):
-    """N_D, N_E, |w|^2 in place of the last part."""
-    _, _, _, _, n_d, n_e, _, _, w2, _, _, _, _, _ = _from_pose(
+    """N_D, N_E in place of the last part."""
+    _, _, _, _, n_d, n_e, _, _, _, _, _, _, _, _ = _from_pose(
         y, slope_symmetric.held_pose(held, STATE * width + lane, width), coef, lane, width, with_load
     )
-    return n_d, n_e, w2
+    return n_d, n_e
 
 
 HELD, PARTS = 4, (begin, finish)

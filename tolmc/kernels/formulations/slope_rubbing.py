@@ -226,10 +226,9 @@ def finish(y, held, coef, h, k, first, lane, width, with_load):
 
 @device
 def sense(y, held, coef, lane, width, with_load):
-    """N_D, N_E, |w|^2 and friction's moment about the axis in place of the last part."""
+    """N_D, N_E and friction's moment about the axis in place of the last part."""
     _, _, pull, n_d, n_e, _, _, _ = _rub(held, coef, lane, width)
-    q, r = held[(_POSE + 1) * width + lane], coef[plain.R * width + lane]
-    return n_d, n_e, r * r * q, -coef[plain.ENERGY * width + lane] * coef[_ROUND * width + lane] * pull
+    return n_d, n_e, -coef[plain.ENERGY * width + lane] * coef[_ROUND * width + lane] * pull
 
 
 PARTS = begin, go_on, finish
@@ -272,6 +271,7 @@ def units(coef, lane, width):
 
 
 project = plain.project
+rate_of_w2 = plain.rate_of_w2
 momentum = plain.momentum
 
 

@@ -28,6 +28,7 @@ import math
 
 from tolmc.kernels import parameters as P
 from tolmc.kernels.jit import device
+from tolmc.kernels.roots import inverse_root
 
 STATE = 6  # o_x, o_y, w_x, w_y, P_s, P_d
 COEFFICIENTS = 18
@@ -131,9 +132,9 @@ def reduced(
     the inverse of their determinant. The forces enter by f.o, f.w and the turned f.Jo, f.Jw with f = F/(m r); the pose itself
     only by its products with G_x; without ``transverse`` load both play no part. What a caller does not use is not computed.
     """
-    p, q, h, y = posed
+    p, q, h, n = posed
     inertia, z = coef[B * width + lane], coef[Z * width + lane]
-    n = math.sqrt(y)
+    y = n * n
     py, ny, zn = p * y, n * y, z * n
     iy = inertia * y
     iy2 = iy * y
@@ -209,8 +210,8 @@ def dynamics(
 
 @device
 def of_pose(p, q, h, coef, lane, width):
-    """What a pose determines: p, q, h, y."""
-    return p, q, h, 1.0 / (1.0 + coef[KAPPA * width + lane] * q)
+    """What a pose determines: p, q, h, n."""
+    return p, q, h, inverse_root(1.0 + coef[KAPPA * width + lane] * q)
 
 
 @device
@@ -293,13 +294,19 @@ def finish(y, held, coef, h, k, first, lane, width, with_load):
 
 
 @device
+def rate_of_w2(y, k, coef, lane, width):
+    """The rate of |w|^2, over a step, with h y' in ``k``."""
+    wx, wy, r = y[2 * width + lane], y[3 * width + lane], coef[R * width + lane]
+    return 2.0 * r * r * (wx * k[2 * width + lane] + wy * k[3 * width + lane])
+
+
+@device
 def sense(y, held, coef, lane, width, with_load):
-    """N_D, N_E, |w|^2 in place of the last part."""
-    _, _, _, _, n_d, n_e, _, _, _, _, q = from_pose(
+    """N_D, N_E in place of the last part."""
+    _, _, _, _, n_d, n_e, _, _, _, _, _ = from_pose(
         y, held_pose(held, STATE * width + lane, width), coef, lane, width, with_load
     )
-    r = coef[R * width + lane]
-    return n_d, n_e, r * r * q
+    return n_d, n_e
 
 
 HELD, PARTS = 4, (begin, finish)

@@ -1,8 +1,10 @@
 """Steps of a whole block of lanes, from one array of states to another.
 
 A stepper is made for one set of equations. Its function ``step(y, end, coef, h, seen, work)`` takes one step of ``h[lane]``
-from ``y`` to ``end``, projected; ``see(y, coef, h, seen, work)`` looks at ``y`` alone. What both see goes to ``seen``, as
-:mod:`tolmc.kernels.seen` has it: of a motion whose forces nobody asks for only the constraint error and the torque's work.
+from ``y`` to ``end``, projected; ``go`` goes the same way and sums up nothing over its stages; ``see(y, coef, h, seen, work)``
+looks at ``y`` alone. What they see goes to ``seen``, as :mod:`tolmc.kernels.seen` has it: of a motion whose forces nobody asks
+for only the constraint error and the torque's work. The forces' rates of change, of a step of ``h[lane]``, only a look sees:
+they cost as much as one more stage.
 """
 
 from __future__ import annotations
@@ -52,10 +54,11 @@ NUDGE = 2.0**-17
 
 @dataclass(frozen=True)
 class Stepper:
-    """A step and a look."""
+    """A step, the same without sums, and a look."""
 
     tableau: Tableau
     step: Callable
+    go: Callable
     see: Callable
 
 
@@ -147,14 +150,11 @@ def loops(parts: Sequence[Callable], load: bool) -> Callable:
 
 
 def looker(equations: ModuleType, load: bool) -> Callable:
-    """Function ``look(y, coef, h, k, argument, seen)``: the first stage, and all that is seen at ``y`` itself.
-
-    Rates are those along the motion, by a look a little way along the first stage: no formulation needs equations for them.
-    """
+    """Function ``look(y, coef, h, k, argument, seen)``: the first stage, and what is seen at ``y``; of rates |w|^2's alone."""
     if equations.RUBS:
         return _rubbing_looker(equations, load)
-    state, prepare, finish = equations.STATE, loops(equations.PARTS[:-1], load), equations.PARTS[-1]
-    sense, torque = equations.sense, equations.TORQUE
+    prepare, finish = loops(equations.PARTS[:-1], load), equations.PARTS[-1]
+    torque, rate_of_w2 = equations.TORQUE, equations.rate_of_w2
 
     # Loops by themselves: with more arrays in one, LLVM's alias checks exceed their limit and the loop is scalar.
     @routine
@@ -166,22 +166,39 @@ def looker(equations: ModuleType, load: bool) -> Callable:
             seen[KINETIC * WIDTH + lane], seen[ENERGY * WIDTH + lane] = kinetic, kinetic + potential
             if torque:
                 seen[WORK * WIDTH + lane] = power
-        for m in range(state * WIDTH):
-            argument[m] = y[m] + NUDGE * k[m]
-        prepare(argument, argument, coef)
         for lane in range(WIDTH):
-            n_d, n_e, w2 = sense(argument, argument, coef, lane, WIDTH, load)
-            seen[RATE_D * WIDTH + lane] = (n_d - seen[N_D * WIDTH + lane]) / NUDGE
-            seen[RATE_E * WIDTH + lane] = (n_e - seen[N_E * WIDTH + lane]) / NUDGE
-            seen[RATE_W2 * WIDTH + lane] = (w2 - seen[W2 * WIDTH + lane]) / NUDGE
+            seen[RATE_W2 * WIDTH + lane] = rate_of_w2(y, k, coef, lane, WIDTH)
 
     return look
 
 
+def rater(equations: ModuleType, load: bool) -> Callable:
+    """Function ``rate(y, k, coef, argument, seen)``: the rates of the forces, with friction of its moment, after a look.
+
+    Those along the motion, by a look a little way along the first stage: no formulation needs equations for them.
+    """
+    state, prepare, sense = equations.STATE, loops(equations.PARTS[:-1], load), equations.sense
+    rubs = equations.RUBS
+
+    @routine
+    def rate(y, k, coef, argument, seen):
+        for m in range(state * WIDTH):
+            argument[m] = y[m] + NUDGE * k[m]
+        prepare(argument, argument, coef)
+        for lane in range(WIDTH):
+            found = sense(argument, argument, coef, lane, WIDTH, load)
+            seen[RATE_D * WIDTH + lane] = (found[0] - seen[N_D * WIDTH + lane]) / NUDGE
+            seen[RATE_E * WIDTH + lane] = (found[1] - seen[N_E * WIDTH + lane]) / NUDGE
+            if rubs:
+                seen[RATE_TORQUE * WIDTH + lane] = (found[2] - seen[TORQUE * WIDTH + lane]) / NUDGE
+
+    return rate
+
+
 def _rubbing_looker(equations: ModuleType, load: bool) -> Callable:
     """The same with what rubs: its powers stand at first where their integrals over the step will."""
-    state, (begin, go_on, finish), prepare = equations.STATE, equations.PARTS, loops(equations.PARTS[:-1], load)
-    at_end, sense, units = equations.at_end, equations.sense, equations.units
+    begin, go_on, finish = equations.PARTS
+    at_end, units, rate_of_w2 = equations.at_end, equations.units, equations.rate_of_w2
 
     @routine
     def look(y, coef, h, k, argument, seen):
@@ -200,15 +217,8 @@ def _rubbing_looker(equations: ModuleType, load: bool) -> Callable:
             seen[SLIP_D * WIDTH + lane], seen[SLIP_E * WIDTH + lane] = slip * slip_d, slip * slip_e
             seen[HEAT * WIDTH + lane], seen[TORQUE * WIDTH + lane] = watt * heat, turn * moment
             seen[SUM_S * WIDTH + lane] = s
-        for m in range(state * WIDTH):
-            argument[m] = y[m] + NUDGE * k[m]
-        prepare(argument, argument, coef)
         for lane in range(WIDTH):
-            n_d, n_e, w2, moment = sense(argument, argument, coef, lane, WIDTH, load)
-            seen[RATE_D * WIDTH + lane] = (n_d - seen[N_D * WIDTH + lane]) / NUDGE
-            seen[RATE_E * WIDTH + lane] = (n_e - seen[N_E * WIDTH + lane]) / NUDGE
-            seen[RATE_W2 * WIDTH + lane] = (w2 - seen[W2 * WIDTH + lane]) / NUDGE
-            seen[RATE_TORQUE * WIDTH + lane] = (moment - seen[TORQUE * WIDTH + lane]) / NUDGE
+            seen[RATE_W2 * WIDTH + lane] = rate_of_w2(y, k, coef, lane, WIDTH)
 
     return look
 

@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from types import ModuleType
 
 from tolmc.kernels.jit import device, inlined, routine
-from tolmc.kernels.lanes import WIDTH, Layout
-from tolmc.kernels.steppers import Rows, Stepper, adder, closing, integrals, looker, loops
+from tolmc.kernels.lanes import WIDTH, Layout, no, yes
+from tolmc.kernels.steppers import Rows, Stepper, adder, closing, integrals, looker, loops, rater
 from tolmc.kernels.tableaux import Tableau, weighted_sum
 
 
@@ -19,15 +19,15 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     """Stepper by ``tableau``."""
     rows, close = Rows.of(equations, tableau, layout), closing(tableau, equations)
     argument_rows, k_rows, sums = rows.argument, rows.k, rows.sums * WIDTH
-    look, integrate = looker(equations, load), integrals(tableau, equations, forces, rows)
+    look, rate, integrate = looker(equations, load), rater(equations, load), integrals(tableau, equations, forces, rows)
     is_summed = forces or equations.TORQUE
     stages = _in_order(_stages(tableau, equations, load, forces, sums))
 
     @routine
-    def through_stages(y, end, coef, h, k, argument, seen):
+    def through_stages(y, end, coef, h, k, argument, seen, sums_up):
         if is_summed:
             k[sums:] = 0.0
-        stages(y, k, argument, coef, h)
+        stages(y, k, argument, coef, h, sums_up)
         close(y, end, coef, k, seen)
 
     @routine
@@ -39,21 +39,31 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
         k, argument = work[k_rows], work[argument_rows]
         if forces:
             look(y, coef, h, k, argument, seen)
-        through_stages(y, end, coef, h, k, argument, seen)
+        through_stages(y, end, coef, h, k, argument, seen, yes())
         if is_summed:
             finish(h, coef, k, seen)
 
     @inlined
-    def see(y, coef, h, seen, work):
-        look(y, coef, h, work[k_rows], work[argument_rows], seen)
+    def go(y, end, coef, h, seen, work):
+        k, argument = work[k_rows], work[argument_rows]
+        if forces:
+            look(y, coef, h, k, argument, seen)
+        through_stages(y, end, coef, h, k, argument, seen, no())
 
-    return Stepper(tableau, step, see)
+    @inlined
+    def see(y, coef, h, seen, work):
+        k, argument = work[k_rows], work[argument_rows]
+        look(y, coef, h, k, argument, seen)
+        rate(y, k, coef, argument, seen)
+
+    return Stepper(tableau, step, go, see)
 
 
 def _stages(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, sums: int) -> list[Callable]:
     """The stages but the first, which with forces is a look."""
     add = adder(equations, forces)
-    watched, alone = _rest(equations, load, add), _rest(equations, load, None)
+    alone = _rest(equations, load, None)
+    watched = _either(_rest(equations, load, add), alone) if forces else _rest(equations, load, add)
 
     def stage(number: int) -> Callable:
         row, first = tableau.rows[number], number * equations.STATE * WIDTH
@@ -73,7 +83,7 @@ def _at_once(equations: ModuleType, load: bool, row: dict[int, float], first: in
     size = state * WIDTH
 
     @device
-    def stage(y, k, argument, coef, h):
+    def stage(y, k, argument, coef, h, sums_up):
         for lane in range(WIDTH):
             for c in range(state):
                 argument[c * WIDTH + lane] = argument_at(y, k, size, c * WIDTH + lane)
@@ -90,12 +100,12 @@ def _in_parts(
     size = state * WIDTH
 
     @device
-    def stage(y, k, argument, coef, h):
+    def stage(y, k, argument, coef, h, sums_up):
         for lane in range(WIDTH):
             for c in range(state):
                 argument[c * WIDTH + lane] = argument_at(y, k, size, c * WIDTH + lane)
             begin(argument, argument, coef, lane, WIDTH, load)
-        rest(argument, coef, h, k[first : first + size], weight, k[sums:])
+        rest(argument, coef, h, k[first : first + size], weight, k[sums:], sums_up)
 
     return stage
 
@@ -107,7 +117,7 @@ def _rest(equations: ModuleType, load: bool, add: Callable | None) -> Callable:
 
     # On its own, for LLVM to see arrays and not parts of one: two written and three read, whose overlaps it checks.
     @routine
-    def rest(argument, coef, h, k, weight, sums):
+    def rest(argument, coef, h, k, weight, sums, sums_up):
         go_on(argument, argument, coef)
         for lane in range(WIDTH):
             found = last(argument, argument, coef, h[lane], k, 0, lane, WIDTH, load)
@@ -115,6 +125,19 @@ def _rest(equations: ModuleType, load: bool, add: Callable | None) -> Callable:
                 add(found, sums, weight, lane)
 
     return rest
+
+
+def _either(watched: Callable, alone: Callable) -> Callable:
+    """Function that sums up, or not, as is said at run time."""
+
+    @inlined
+    def either(argument, coef, h, k, weight, sums, sums_up):
+        if sums_up:
+            watched(argument, coef, h, k, weight, sums, sums_up)
+        else:
+            alone(argument, coef, h, k, weight, sums, sums_up)
+
+    return either
 
 
 def _in_order(stages: Sequence[Callable]) -> Callable:
@@ -125,8 +148,8 @@ def _in_order(stages: Sequence[Callable]) -> Callable:
     rest = _in_order(others)
 
     @inlined
-    def in_order(y, k, argument, coef, h):
-        first(y, k, argument, coef, h)
-        rest(y, k, argument, coef, h)
+    def in_order(y, k, argument, coef, h, sums_up):
+        first(y, k, argument, coef, h, sums_up)
+        rest(y, k, argument, coef, h, sums_up)
 
     return in_order

@@ -16,13 +16,13 @@ import numpy as np
 from tolmc.kernels.interpolation import through
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
-from tolmc.kernels.seen import N_E, ROWS, SUM_D, SUPPORT, of
+from tolmc.kernels.seen import N_E, RATE_D, ROWS, SUM_D, SUPPORT, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers.bends import highest, highest_of, swings
 
 _DEGREES = 2 * SUPPORT
 _STARTS = 5  # places of an interval at which the search for its polynomial's maximum begins
-_NEWTON = 5
+_NEWTON = 3
 _ATTEMPTS = 12
 #: What may be left of a maximum, as a share of the quantity's size, when it is added by the parabola there.
 _LEFT = 1e-9
@@ -94,11 +94,12 @@ class Between:
 def between(system: System) -> Between:
     """The functions for one system; they stand in its kernel once."""
     layout, state, what, at = system.layout, system.equations.STATE, system.seen, system.at
-    step, see = system.stepper.step, system.stepper.see
-    fits, full = _fits(), system.h
+    step, go_there, see = system.stepper.step, system.stepper.go, system.stepper.see
+    fits, full, stride = _fits(), system.h, system.seen * WIDTH
     terms, limit_row, top_row, x_row = layout.block(_DEGREES), layout.row(), layout.row(), layout.row()
     candidates, intervals = layout.block(4 * ROWS), layout.block(-(-ROWS // WIDTH))
     best, scale, value, place, doubt = (layout.block(1) for _ in range(5))
+    best_row, scale_row, value_row, place_row, doubt_row = (rows.start for rows in (best, scale, value, place, doubt))
     at_row, curve_row, guess_row, low_row, high_row, before_row, rate_row, busy_row = (layout.row() for _ in range(8))
     first_row, after_row, sound_row, mean_row = (layout.row() for _ in range(4))
     # The row before which a lane's motion ends, of the candidate whose interval stands as -1.
@@ -106,23 +107,25 @@ def between(system: System) -> Between:
     part_start, part_seen, part_h, end_seen = system.part_start, system.part_seen, system.part_h, system.end_seen
     start_rows, trial_rows, h_rows = layout.block(state), layout.block(state), layout.block(1)
     step_seen, trial_seen = layout.block(what), layout.block(what)
+    number_rows, most_rows = layout.block(1), layout.block(1)
+    height_row, slope_row, stop_row = layout.row(), layout.row(), layout.row()
 
     @routine
     def fit(window, interval, variable, sign, work):
         """Terms of the polynomials of all lanes."""
         base = min(max(interval - 1, 0), window.last - SUPPORT + 1)
-        offset = interval - base
-        term = work[terms]
-        for m in range(_DEGREES * WIDTH):
-            term[m] = 0.0
-        for node in range(SUPPORT):
-            row = at(window.seen, base + node)
-            values, rates = of(row, variable)
-            for power in range(_DEGREES):
-                by_value, by_rate = sign * fits[offset, power, node], sign * fits[offset, power, node + SUPPORT]
-                here = term[power * WIDTH : (power + 1) * WIDTH]
-                for lane in range(WIDTH):
-                    here[lane] += by_value * values[lane] + by_rate * rates[lane]
+        offset, term = interval - base, work[terms]
+        here = base * what + variable
+        values, rates = window.seen[here * WIDTH :], window.seen[(here + RATE_D) * WIDTH :]
+        for power in range(_DEGREES):
+            fit, to = fits[offset, power], term[power * WIDTH : (power + 1) * WIDTH]
+            v0, v1, v2, v3, r0, r1, r2, r3 = fit[0], fit[1], fit[2], fit[3], fit[4], fit[5], fit[6], fit[7]
+            for lane in range(WIDTH):
+                by_values = v0 * values[lane] + v1 * values[stride + lane]
+                by_values += v2 * values[2 * stride + lane] + v3 * values[3 * stride + lane]
+                by_rates = r0 * rates[lane] + r1 * rates[stride + lane]
+                by_rates += r2 * rates[2 * stride + lane] + r3 * rates[3 * stride + lane]
+                to[lane] = sign * (by_values + by_rates)
 
     @routine
     def ends_only(from_, to, sign, variable, until, reached, work):
@@ -290,14 +293,23 @@ def between(system: System) -> Between:
     @routine
     def choose(count, first, work):
         """The candidate of every lane that is looked at next, taken off the list."""
-        candidate, interval, known, found = work[candidates], work[intervals], work[best], 0
+        candidate, interval, number_of, most, found = (
+            work[candidates],
+            work[intervals],
+            work[number_rows],
+            work[most_rows],
+            0,
+        )
         for lane in range(WIDTH):
-            number, most = -1, known[lane]
-            for k in range(count):
-                if candidate[4 * k * WIDTH + lane] > most:
-                    number, most = k, candidate[4 * k * WIDTH + lane]
-                    if first:
-                        break
+            number_of[lane], most[lane] = -1.0, work[best][lane]
+        for k in range(count):
+            for lane in range(WIDTH):
+                height = candidate[4 * k * WIDTH + lane]
+                better = (height > most[lane]) & ((not first) | (number_of[lane] < 0.0))
+                number_of[lane] = k if better else number_of[lane]
+                most[lane] = height if better else most[lane]
+        for lane in range(WIDTH):
+            number = int(number_of[lane])
             if number >= 0:
                 candidate[4 * number * WIDTH + lane] = -np.inf
                 work[at_row + lane] = interval[number] if interval[number] >= 0.0 else work[last_row + lane]
@@ -312,7 +324,7 @@ def between(system: System) -> Between:
         return found
 
     @routine
-    def go(run_step, window, work):
+    def set_out(run_step, window, work):
         """State at the row before every lane's place, and the way from there."""
         start, h = work[start_rows], work[h_rows]
         for lane in range(WIDTH):
@@ -343,14 +355,16 @@ def between(system: System) -> Between:
         between two places with rates of one sign where the secant's lies beyond: it stands on the other side of an end that is
         nearly one itself.
         """
-        (values, rates), size, known, open_ = of(work[trial_seen], variable), work[scale], work[best], 0
-        found, where, left = work[value], work[place], work[doubt]
+        (values, rates), open_ = of(work[trial_seen], variable), 0
+        # Rows by number: of arrays in ``work`` LLVM does not see that they are apart, and packs no loop that has ``work`` too.
         for lane in range(WIDTH):
-            x, bend = work[x_row + lane], work[curve_row + lane]
-            n, m = sign * values[lane], sign * rates[lane]
-            before, was = work[before_row + lane], work[rate_row + lane]
+            work[height_row + lane], work[slope_row + lane] = sign * values[lane], sign * rates[lane]
+            work[stop_row + lane] = until[lane] - first
+        for lane in range(WIDTH):
+            x, bend, n, m = work[x_row + lane], work[curve_row + lane], work[height_row + lane], work[slope_row + lane]
+            before, was, size = work[before_row + lane], work[rate_row + lane], work[scale_row + lane]
             low = 0.0 if attempt == 0 else work[low_row + lane]
-            high = min(1.0, until[lane] - first - work[at_row + lane]) if attempt == 0 else work[high_row + lane]
+            high = min(1.0, work[stop_row + lane] - work[at_row + lane]) if attempt == 0 else work[high_row + lane]
             low, high = x if m > 0.0 else low, high if m > 0.0 else x
             apart = x - before
             secant = (m - was) / (apart if apart != 0.0 else 1.0)
@@ -361,14 +375,14 @@ def between(system: System) -> Between:
             here, ahead = (here, ahead) if attempt == 0 else (_STRAIGHT, _STRAIGHT)
             same = (m > 0.0) & (begun > 0.0) & (m >= here * begun) | (m < 0.0) & (after < 0.0) & (m <= ahead * after)
             same &= (attempt == 0) | ((begun > 0.0) & (after < 0.0))
-            bend = 0.0 if same & (abs(m) > _LEFT * size[lane]) else bend
+            bend = 0.0 if same & (abs(m) > _LEFT * size) else bend
             moved = x - m / (bend if bend < 0.0 else -1.0)
             beyond = (m > 0.0) & (high == 1.0) & (after > 0.0) & (moved >= 1.0)
             beyond |= (m < 0.0) & (low == 0.0) & (begun < 0.0) & (moved <= 0.0)
             beyond &= (attempt > 0) & (bend < 0.0)
             moved = moved if (moved > low) & (moved < high) & (bend < 0.0) else 0.5 * (low + high)
             gain, miss = 0.0 if beyond else 0.5 * m * (moved - x), abs(n - work[guess_row + lane])
-            is_known = (attempt > 0) | (miss <= _TRUSTED * size[lane])
+            is_known = (attempt > 0) | (miss <= _TRUSTED * size)
             busy = work[busy_row + lane] > 0.0
             # The gain is wrong by what the curvature is, which misses as the value does, next to an end by more.
             beside = max(min(x, 1.0 - x), 1e-9)
@@ -376,13 +390,15 @@ def between(system: System) -> Between:
                 miss * (_BENT + _BENT_BESIDE / (beside * beside)) / abs(bend) if (attempt == 0) & (bend < 0.0) else 1.0
             )
             rest = gain * (share if share < 1.0 else 1.0)
-            done = (rest <= _LEFT * size[lane]) & is_known
-            better = busy & (n > found[lane])
-            where[lane] = work[at_row + lane] + x if better else where[lane]
-            found[lane] = n if better else found[lane]
-            found[lane] = n + gain if busy & done & (n + gain > found[lane]) else found[lane]
+            done = (rest <= _LEFT * size) & is_known
+            found = work[value_row + lane]
+            better = busy & (n > found)
+            work[place_row + lane] = work[at_row + lane] + x if better else work[place_row + lane]
+            found = n if better else found
+            work[value_row + lane] = n + gain if busy & done & (n + gain > found) else found
             # Where the maximum turns out to be at the interval's end its value is known.
-            left[lane] = (rest if n + gain > known[lane] else 0.0) if busy else left[lane]
+            left = rest if n + gain > work[best_row + lane] else 0.0
+            work[doubt_row + lane] = left if busy else work[doubt_row + lane]
             going = busy & ~done
             work[before_row + lane], work[rate_row + lane], work[curve_row + lane] = x, m, bend
             work[low_row + lane], work[high_row + lane] = low, high
@@ -399,8 +415,8 @@ def between(system: System) -> Between:
             found[lane], where[lane], left[lane] = -np.inf, np.inf, 0.0
         begin_at(window, variable, sign, work)
         for attempt in range(_ATTEMPTS):
-            go(run.step_length, window, work)
-            step(work[start_rows], work[trial_rows], coef, work[h_rows], work[step_seen], work)
+            set_out(run.step_length, window, work)
+            go_there(work[start_rows], work[trial_rows], coef, work[h_rows], work[step_seen], work)
             see(work[trial_rows], coef, work[full], work[trial_seen], work)
             if learn(attempt, variable, sign, until, window.first, work) == 0:
                 break

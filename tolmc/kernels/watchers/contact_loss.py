@@ -15,7 +15,7 @@ from tolmc.kernels.jit import routine
 from tolmc.kernels.lanes import WIDTH, yes
 from tolmc.kernels.results import CONTACT_LOST, CONTINUE, END_TIME, LOSS_TIME, OK, STATUS
 from tolmc.kernels.results import STATE as LOST_STATE
-from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, SUM_D, of
+from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, RATE_TORQUE, SUM_D, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
 from tolmc.kernels.watchers.bends import highest_of, swings
@@ -60,12 +60,12 @@ def watch(system: System, between: Between) -> Watcher:
         return near
 
     @routine
-    def dips(here, after, variable, length, reached, sooner):
+    def dips(here, after, variable, per_step, reached, sooner):
         """How many lanes' force may fall below zero between two ends, before what is sought."""
         (n0, m0), (n1, m1), below = of(here, variable), of(after, variable), 0
         integral = here[(SUM_D + 2 * variable) * WIDTH :]
         for lane in range(WIDTH):
-            more = swings(n0[lane], n1[lane], m0[lane], m1[lane], integral[lane] / length)
+            more = swings(n0[lane], n1[lane], m0[lane], m1[lane], integral[lane] * per_step)
             below += (highest_of(-n0[lane], -n1[lane], -m0[lane], -m1[lane], more) > 0.0) & (reached <= sooner[lane])
         return below
 
@@ -84,7 +84,7 @@ def watch(system: System, between: Between) -> Watcher:
             here, after = at(window.seen, row), at(window.seen, row + 1)
             if near_zero(here, after, variable) == 0:
                 continue
-            if dips(here, after, variable, run.step_length, window.first + row + 1.0, sooner) > 0:
+            if dips(here, after, variable, 1.0 / run.step_length, window.first + row + 1.0, sooner) > 0:
                 estimate(window, row, variable, -1.0, sooner, count, work)
                 count += 1
         if count > 0:
@@ -151,7 +151,7 @@ def _locate(system: System, place: int, time: int):
     returns how many these are.
     """
     layout, state, what, until = system.layout, system.equations.STATE, system.seen, system.until
-    step, see, full = system.stepper.step, system.stepper.see, system.h
+    step, see, full, rubs = system.stepper.step, system.stepper.see, system.h, system.equations.RUBS
     start_rows, trial_rows, h_rows = layout.block(state), layout.block(state), layout.block(1)
     seen_rows, trial_seen = layout.block(what), layout.block(what)
     low, high, share, row_of, busy = (layout.row() for _ in range(5))
@@ -205,6 +205,17 @@ def _locate(system: System, place: int, time: int):
         return left
 
     @routine
+    def see_start(coef, work):
+        """The forces' rates where the part of the step begins, which the step has left out."""
+        seen, there = work[seen_rows], work[other_seen]
+        see(work[start_rows], coef, work[h_rows], there, work)
+        for m in range(RATE_D * WIDTH, (RATE_E + 1) * WIDTH):
+            seen[m] = there[m]
+        if rubs:
+            for m in range(RATE_TORQUE * WIDTH, (RATE_TORQUE + 1) * WIDTH):
+                seen[m] = there[m]
+
+    @routine
     def locate(run, window, coef, work):
         start, trial, h, seen, seen_there = (
             work[start_rows],
@@ -221,6 +232,7 @@ def _locate(system: System, place: int, time: int):
             see(trial, coef, work[full], seen_there, work)
             if narrow(iteration == 0, seen_there, work) == 0:
                 break
+        see_start(coef, work)
         ends, last, first, parts, lengths = (
             work[end_rows],
             work[end_seen],

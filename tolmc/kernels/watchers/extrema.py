@@ -93,20 +93,20 @@ def watch(system: System, between: Between) -> Watcher:
             sums[3 * WIDTH + lane] += e2 if counts else 0.0
 
     @device
-    def force_turns(here, after, force, length, lane):
-        """Whether a lane's N_D (0) or N_E (1) may turn in an interval of ``length`` (s), its mean looked at too."""
+    def force_turns(here, after, force, per_step, lane):
+        """Whether a lane's N_D (0) or N_E (1) may turn in an interval of 1/``per_step`` (s), its mean looked at too."""
         n0, n1 = here[force * WIDTH + lane], after[force * WIDTH + lane]
         m0, m1 = here[(RATE_D + force) * WIDTH + lane], after[(RATE_D + force) * WIDTH + lane]
-        mean = here[(SUM_D + 2 * force) * WIDTH + lane] / length
+        mean = here[(SUM_D + 2 * force) * WIDTH + lane] * per_step
         return turns(n0, n1, m0, m1, swings(n0, n1, m0, m1, mean))
 
     @routine
-    def turning(here, after, length):
+    def turning(here, after, per_step):
         """How many lanes' N_D, N_E, |w|^2 and moment turn within an interval."""
         d, e, w, t = 0, 0, 0, 0
         for lane in range(WIDTH):
-            d += force_turns(here, after, N_D, length, lane)
-            e += force_turns(here, after, N_E, length, lane)
+            d += force_turns(here, after, N_D, per_step, lane)
+            e += force_turns(here, after, N_E, per_step, lane)
             w += turns(
                 here[W2 * WIDTH + lane],
                 after[W2 * WIDTH + lane],
@@ -130,7 +130,7 @@ def watch(system: System, between: Between) -> Watcher:
         return variable if variable < 3 else TORQUE
 
     @routine
-    def promising(here, after, variable, length, begun, until, tops):
+    def promising(here, after, variable, per_step, begun, until, tops):
         """Whether an interval may hold the largest (bit 0), the smallest (bit 1) value of one variable in any lane."""
         (n0, m0), (n1, m1), up, down = of(here, row_of(variable)), of(after, row_of(variable)), 0, 0
         most, least = tops[2 * variable * WIDTH : (2 * variable + 1) * WIDTH], tops[(2 * variable + 1) * WIDTH :]
@@ -138,18 +138,18 @@ def watch(system: System, between: Between) -> Watcher:
         integral = here[(SUM_D + 2 * (variable if is_force else N_E)) * WIDTH :]
         for lane in range(WIDTH):
             counts = begun < until[lane]
-            more = is_force & swings(n0[lane], n1[lane], m0[lane], m1[lane], integral[lane] / length)
+            more = is_force & swings(n0[lane], n1[lane], m0[lane], m1[lane], integral[lane] * per_step)
             up += (highest_of(n0[lane], n1[lane], m0[lane], m1[lane], more) > most[lane]) & counts
             down += (highest_of(-n0[lane], -n1[lane], -m0[lane], -m1[lane], more) > least[lane]) & counts
         return (1 if up > 0 else 0) + (2 if down > 0 else 0)
 
     @routine
-    def mask_of(here, after, length, begun, until, tops):
+    def mask_of(here, after, per_step, begun, until, tops):
         """Of which quantities an interval may hold the maximum in any lane, a bit each."""
-        counts, mask = turning(here, after, length), 0
+        counts, mask = turning(here, after, per_step), 0
         for variable in range(variables):
             if counts[variable] > 0:
-                mask |= promising(here, after, variable, length, begun, until, tops) << 2 * variable
+                mask |= promising(here, after, variable, per_step, begun, until, tops) << 2 * variable
         return mask & asked
 
     @routine
@@ -199,12 +199,12 @@ def watch(system: System, between: Between) -> Watcher:
             # 1 in the lanes whose motion has ended within a step: what is seen there counts too.
             work[ended + lane] = 1.0 if work[part_h][lane] > 0.0 else 0.0
         take(work[end_rows], 0.5, work[ended : ended + WIDTH], tops, big)
-        ending, news = 0, 0
+        ending, news, per_step = 0, 0, 1.0 / run.step_length
         for lane in range(WIDTH):
             ending += (work[ended + lane] > 0.0) & (ends[lane] > window.first + window.head)
         for row in range(window.head, window.tail + 1):
             here, after = at(window.seen, row), at(window.seen, row + 1)
-            mask = mask_of(here, after, run.step_length, window.first + row + 0.0, ends, tops)
+            mask = mask_of(here, after, per_step, window.first + row + 0.0, ends, tops)
             masks[row] = mask
             news |= mask
         if ending > 0:
