@@ -6,6 +6,9 @@ from another. Rough is a step that does so, whose last stage, of low order, sees
 forces are not those of its ends and their rates: the product of the three finds the worst step, or one that errs a tenth as
 much, in 97 to 99 % of random motions whose worst step errs by 1e-8 to 0.1; the two of forces alone in 91 to 97 %, and energy,
 which chance may leave as it was, in 97 to 98 %.
+
+The errors of steps that are as rough add up: where there are many of them, as in a motion that passes the same spike again and
+again, the roughest step's error counts as many times.
 """
 
 from __future__ import annotations
@@ -20,14 +23,17 @@ from tolmc.kernels.watchers.between import Between
 
 #: Share of the energy up to which a step changes it by rounding, or by chance not at all.
 _ROUNDING = 1e-15
+#: So many steps as rough as the roughest are nothing: half of random motions err by a tenth of their roughest step's error, and
+#: one in a hundred by three times as much.
+_USUAL = 3.0
 
 
 def watch(system: System, between: Between) -> Watcher:
-    """Watcher of the roughest step's error, and of what is left of an extremum, relative to the largest contact force."""
+    """Watcher of the roughest steps' error, and of what is left of an extremum, relative to the largest contact force."""
     layout, state, what, at, until = system.layout, system.equations.STATE, system.seen, system.at, system.until
     torque = system.equations.TORQUE
     step, see, full, unsure = system.stepper.step, system.stepper.see, system.h, between.unsure
-    roughest, row_of, length_rows = layout.row(), layout.row(), layout.block(1)
+    roughest, in_all, row_of, length_rows = layout.row(), layout.row(), layout.row(), layout.block(1)
     start_rows, middle_rows = layout.block(state), layout.block(state)
     force_rows, sum_rows, seen_rows, other_rows = (
         layout.block(2),
@@ -40,13 +46,13 @@ def watch(system: System, between: Between) -> Watcher:
     @routine
     def begin(run, block, y, coef, work):
         for lane in range(WIDTH):
-            work[roughest + lane], work[unsure + lane] = -1.0, 0.0
+            work[roughest + lane], work[in_all + lane], work[unsure + lane] = -1.0, 0.0, 0.0
 
     @device
-    def roughness(seen, after, length, share, lane):
+    def roughness(seen, after, per_length, share, lane):
         """How far the last stage's forces are from the end's, the mean ones from those of the cubic, and energy from kept.
 
-        ``share``: length of the step over that of which the rates at its end are.
+        ``per_length``: one over the length of the step; ``share``: that length over the one of which the rates at its end are.
         """
         d0, d1, e0, e1 = (
             seen[N_D * WIDTH + lane],
@@ -54,7 +60,7 @@ def watch(system: System, between: Between) -> Watcher:
             seen[N_E * WIDTH + lane],
             after[N_E * WIDTH + lane],
         )
-        mean_d, mean_e = seen[SUM_D * WIDTH + lane] / length, seen[(SUM_D + 2) * WIDTH + lane] / length
+        mean_d, mean_e = per_length * seen[SUM_D * WIDTH + lane], per_length * seen[(SUM_D + 2) * WIDTH + lane]
         bend_d = (seen[RATE_D * WIDTH + lane] - share * after[RATE_D * WIDTH + lane]) / 12.0
         bend_e = (seen[RATE_E * WIDTH + lane] - share * after[RATE_E * WIDTH + lane]) / 12.0
         late = abs(seen[LATE_D * WIDTH + lane] - d1) + abs(seen[LATE_E * WIDTH + lane] - e1)
@@ -66,12 +72,14 @@ def watch(system: System, between: Between) -> Watcher:
         return late * spike * (abs(gain) + _ROUNDING * size)
 
     @routine
-    def rough(seen, after, number, reached, length, rows, work):
+    def rough(seen, after, number, reached, per_length, work):
         for lane in range(WIDTH):
-            miss = roughness(seen, after, length, 1.0, lane)
-            more = miss > work[roughest + lane] and reached <= work[until + lane]
+            miss = roughness(seen, after, per_length, 1.0, lane)
+            counts = reached <= work[until + lane]
+            more = miss > work[roughest + lane] and counts
+            work[in_all + lane] += miss if counts else 0.0
             work[roughest + lane] = miss if more else work[roughest + lane]
-            rows[lane] = number if more else rows[lane]
+            work[row_of + lane] = number if more else work[row_of + lane]
 
     @routine
     def scan(run, block, window, coef, work):
@@ -86,7 +94,7 @@ def watch(system: System, between: Between) -> Watcher:
             rows[lane] = -1.0
         for row in range(window.head, window.tail + 1):
             here, after, reached = at(window.seen, row), at(window.seen, row + 1), window.first + row + 1.0
-            rough(here, after, row + 0.0, reached, run.step_length, rows, work)
+            rough(here, after, row + 0.0, reached, 1.0 / run.step_length, work)
         for lane in range(WIDTH):
             row = int(rows[lane])
             if row >= 0:
@@ -106,7 +114,7 @@ def watch(system: System, between: Between) -> Watcher:
         for lane in range(WIDTH):
             if part_length[lane] <= 0.0:
                 continue
-            miss = roughness(part, end, part_length[lane], part_length[lane] / run.step_length, lane)
+            miss = roughness(part, end, 1.0 / part_length[lane], part_length[lane] / run.step_length, lane)
             if miss >= work[roughest + lane]:
                 work[roughest + lane], length[lane] = miss, part_length[lane]
                 for c in range(state):
@@ -150,6 +158,8 @@ def watch(system: System, between: Between) -> Watcher:
                     rms = 2.0 * run.out[D_RMS + 4 * side, i]
                     worst = max(force, max(by_mean, by_square / rms if rms > 0.0 else 0.0))
                     error = error if worst <= error else worst
+                as_rough = work[in_all + lane] / work[roughest + lane] if work[roughest + lane] > 0.0 else 1.0
+                error *= as_rough / _USUAL if as_rough > _USUAL else 1.0
             if run.on_loss != CONTINUE and run.out[LOSS_TIME, i] > 0.0:
                 # Where contact is lost a force is zero; it is not where the step there blows up.
                 doubt = max(doubt, abs(min(end[N_D * WIDTH + lane], end[N_E * WIDTH + lane])))
