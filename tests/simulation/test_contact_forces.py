@@ -466,7 +466,7 @@ def test_results_are_apart_from_the_callers_arrays():
 
 
 def test_a_spike_that_is_passed_again_and_again_counts_as_often():
-    """Eleven steps as rough as the roughest, each off by 6e-5: the largest force is off by 1.7e-3."""
+    """Eleven steps as rough as the roughest, each off by 6e-6: the largest force is off by 1.7e-3."""
     joint = tolmc.Joint(0.003667146893093928, 0.0006747180904625004, 2.745679927745515, section="exact")
     body = Body(0.5, (0.0, 0.0, -0.006317768443353234), np.diag((0.000408, 0.000408, 0.00012)))
     motion = Motion(

@@ -23,8 +23,8 @@ from tolmc.kernels.watchers.between import Between
 
 #: Share of the energy up to which a step changes it by rounding, or by chance not at all.
 _ROUNDING = 1e-15
-#: So many steps as rough as the roughest are nothing: half of random motions err by a tenth of their roughest step's error, and
-#: one in a hundred by three times as much.
+#: So many steps as rough as the roughest are usual, nine motions in ten have fewer: of how much more than its roughest step a
+#: motion errs (half of random ones by no more, one in a hundred by thirty times) they are part.
 _USUAL = 3.0
 
 
