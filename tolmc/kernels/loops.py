@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from tolmc.kernels.lanes import WIDTH, Run, lanes
-from tolmc.kernels.results import DIVERGED, DOUBT, END_TIME, MOMENTUM_ERROR, OK, ROUGHEST, STATUS
+from tolmc.kernels.results import AS_ROUGH, DIVERGED, DOUBT, END_TIME, MOMENTUM_ERROR, OK, ROUGHEST, STATUS
 from tolmc.kernels.seen import REACH, ROWS, STEPS, WORK, Window
 
 #: Of the equations.
@@ -52,7 +52,7 @@ def integrate_blocks(run, work):
         for lane in range(min(WIDTH, n - block)):
             i = block + lane
             out[STATUS, i], out[END_TIME, i], out[MOMENTUM_ERROR, i] = OK, run.duration, 0.0
-            out[ROUGHEST, i], out[DOUBT, i] = 0.0, 0.0
+            out[ROUGHEST, i], out[AS_ROUGH, i], out[DOUBT, i] = 0.0, 0.0, 0.0
             if work[bad_step + lane] >= 0.0:
                 out[STATUS, i], out[END_TIME, i] = DIVERGED, work[bad_step + lane] * run.step_length
         finish(run, block, y, coef, work)

@@ -13,12 +13,12 @@ from __future__ import annotations
     END_TIME, STATUS,
     # pose at the end
     ORIGIN_X, ORIGIN_Y, AXIS_X, AXIS_Y, AXIS_Z,
-    # the roughest step's error; what is left of an extremum, or of the force where contact is lost
-    ROUGHEST, DOUBT,
+    # the roughest step's error, how many are as rough; what is left of an extremum, or of the force where contact is lost
+    ROUGHEST, AS_ROUGH, DOUBT,
     # invariants; energy; the last three are the caller's
     MOMENTUM_ERROR, ENERGY_CORRECTION, STEP_ERROR, SPIN_ERROR, HALVING_ERROR,
-) = range(26)  # fmt: skip
-RESULTS = 26
+) = range(27)  # fmt: skip
+RESULTS = 27
 # The state at a loss of contact that ends a motion, in the coordinates of its formulation.
 STATE = RESULTS
 RESULTS += 10

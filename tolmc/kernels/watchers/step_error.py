@@ -7,15 +7,15 @@ forces are not those of its ends and their rates: the product of the three finds
 much, in 97 to 99 % of random motions whose worst step errs by 1e-8 to 0.1; the two of forces alone in 91 to 97 %, and energy,
 which chance may leave as it was, in 97 to 98 %.
 
-The errors of steps that are as rough add up: where there are many of them, as in a motion that passes the same spike again and
-again, the roughest step's error counts as many times.
+The errors of steps that are as rough add up, as in a motion that passes the same spike again and again: it is counted how many
+there are.
 """
 
 from __future__ import annotations
 
 from tolmc.kernels.jit import device, routine
 from tolmc.kernels.lanes import WIDTH
-from tolmc.kernels.results import CONTINUE, D_MAX, D_MIN, D_RMS, DOUBT, E_MAX, E_MIN, LOSS_TIME, ROUGHEST
+from tolmc.kernels.results import AS_ROUGH, CONTINUE, D_MAX, D_MIN, D_RMS, DOUBT, E_MAX, E_MIN, LOSS_TIME, ROUGHEST
 from tolmc.kernels.seen import ENERGY, KINETIC, LATE_D, LATE_E, N_D, N_E, RATE_D, RATE_E, SUM_D, WORK
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
@@ -23,13 +23,10 @@ from tolmc.kernels.watchers.between import Between
 
 #: Share of the energy up to which a step changes it by rounding, or by chance not at all.
 _ROUNDING = 1e-15
-#: So many steps as rough as the roughest are usual, nine motions in ten have fewer: of how much more than its roughest step a
-#: motion errs (half of random ones by no more, one in a hundred by thirty times) they are part.
-_USUAL = 3.0
 
 
 def watch(system: System, between: Between) -> Watcher:
-    """Watcher of the roughest steps' error, and of what is left of an extremum, relative to the largest contact force."""
+    """Watcher of the roughest step's error, and of what is left of an extremum, relative to the largest contact force."""
     layout, state, what, at, until = system.layout, system.equations.STATE, system.seen, system.at, system.until
     torque = system.equations.TORQUE
     step, see, full, unsure = system.stepper.step, system.stepper.see, system.h, between.unsure
@@ -158,11 +155,10 @@ def watch(system: System, between: Between) -> Watcher:
                     rms = 2.0 * run.out[D_RMS + 4 * side, i]
                     worst = max(force, max(by_mean, by_square / rms if rms > 0.0 else 0.0))
                     error = error if worst <= error else worst
-                as_rough = work[in_all + lane] / work[roughest + lane] if work[roughest + lane] > 0.0 else 1.0
-                error *= as_rough / _USUAL if as_rough > _USUAL else 1.0
             if run.on_loss != CONTINUE and run.out[LOSS_TIME, i] > 0.0:
                 # Where contact is lost a force is zero; it is not where the step there blows up.
                 doubt = max(doubt, abs(min(end[N_D * WIDTH + lane], end[N_E * WIDTH + lane])))
+            run.out[AS_ROUGH, i] = work[in_all + lane] / work[roughest + lane] if work[roughest + lane] > 0.0 else 1.0
             run.out[ROUGHEST, i] = error / largest if error != 0.0 else 0.0
             run.out[DOUBT, i] = doubt / largest if doubt != 0.0 else 0.0
 
