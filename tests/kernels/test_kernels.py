@@ -45,9 +45,11 @@ def step_instructions(formulation, method, load, forces):
     compiled.compile((nb.float64[::1],) * 6)
     (code,) = compiled.inspect_asm().values()
     counts = Counter()
-    for name, form, register in re.findall(r"^\s+v(fn?m\w+?|div|sqrt|mul)(pd|sd)\s.*?%([xyz]mm)", code, re.MULTILINE):
-        packed = form == "pd" and register != "xmm"
-        counts["multiply-add" if name.startswith("f") else name, packed] += 1
+    for name, form, register in re.findall(
+        r"^\s+v(fn?m\w+?|div|r?sqrt|mul)(?:14)?([ps][ds])\s.*?%([xyz]mm)", code, re.MULTILINE
+    ):
+        packed = form == "ps" or (form == "pd" and register != "xmm")  # inverse roots begin in single precision
+        counts["multiply-add" if name.startswith("f") else name.removeprefix("r"), packed] += 1
     return counts
 
 
