@@ -1,10 +1,10 @@
 """Steps of a whole block of lanes, from one array of states to another.
 
 A stepper is made for one set of equations. Its function ``step(y, end, coef, h, seen, work)`` takes one step of ``h[lane]``
-from ``y`` to ``end``, projected; ``go`` goes the same way and sums up nothing over its stages; ``see(y, coef, h, seen, work)``
-looks at ``y`` alone. What they see goes to ``seen``, as :mod:`tolmc.kernels.seen` has it: of a motion whose forces nobody asks
-for only the constraint error and the torque's work. The forces' rates of change, of a step of ``h[lane]``, only a look sees:
-they cost as much as one more stage.
+from ``y`` to ``end``, projected; ``go`` does the same for its end alone; ``see(y, coef, h, seen, work)`` looks at ``y`` alone.
+What they see goes to ``seen``, as :mod:`tolmc.kernels.seen` has it: of a motion whose forces nobody asks for only the
+constraint error and the torque's work. The forces' rates of change, of a step of ``h[lane]``, only a look sees: they cost as
+much as one more stage.
 """
 
 from __future__ import annotations

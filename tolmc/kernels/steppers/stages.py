@@ -63,7 +63,9 @@ def _stages(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, s
     """The stages but the first, which with forces is a look."""
     add = adder(equations, forces)
     alone = _rest(equations, load, None)
-    watched = _either(_rest(equations, load, add), alone) if forces else _rest(equations, load, add)
+    watched = _rest(equations, load, add)
+    if forces and hasattr(equations, "advance"):  # beside longer equations sums are little, the choice costs more
+        watched = _either(watched, alone)
 
     def stage(number: int) -> Callable:
         row, first = tableau.rows[number], number * equations.STATE * WIDTH
