@@ -11,6 +11,8 @@ _MONOTONE = 2.5
 #: Share of the change between two ends by which the mean between them may miss the cubic's: that of a step that is resolved is
 #: less, but where the change is next to nothing.
 _SWING = 0.05
+#: What a maximum beside an end adds at most, over the rate there: a parabola's half of it.
+_RISE = 0.75
 #: Share of the other rate up to which an end counts as one without a rate.
 _FLAT = 1e-3
 
@@ -34,6 +36,15 @@ def swings(n0, n1, m0, m1, mean):
 
 
 @device
+def rise(m):
+    """What a maximum, or a minimum, on either side of an end with rate ``m`` may differ by at most from the value there.
+
+    No interval promises more, in :func:`highest_of`, than both of its ends do.
+    """
+    return _RISE * abs(m)
+
+
+@device
 def highest_of(n0, n1, m0, m1, does_swing):
     """:func:`highest` of a force, of whose mean between the ends is known whether it :func:`swings`.
 
@@ -41,21 +52,14 @@ def highest_of(n0, n1, m0, m1, does_swing):
     """
     bends = does_swing | may_bend(n0, n1, m0, m1)
     turns_over, rises, falls = (m0 > 0.0) & (m1 < 0.0), m0 > 0.0, m1 < 0.0
-    top = n0 + 0.75 * abs(m0) if does_swing | rises & (turns_over | bends) else -np.inf
-    return max(top, n1 + 0.75 * abs(m1)) if does_swing | falls & (turns_over | bends) else top
+    top = n0 + rise(m0) if does_swing | rises & (turns_over | bends) else -np.inf
+    return max(top, n1 + rise(m1)) if does_swing | falls & (turns_over | bends) else top
 
 
 @device
 def highest(n0, n1, m0, m1):
     """What a maximum between two ends may be at most, from the values and rates at both (-inf: there is none).
 
-    A parabola adds at most half a rate; three quarters are allowed for. Between two ends that both rise, or both fall, is one
-    only where they may bend.
+    Between two ends that both rise, or both fall, is one only where they may bend.
     """
     return highest_of(n0, n1, m0, m1, False)
-
-
-@device
-def turns(n0, n1, m0, m1, does_swing):
-    """Whether there may be a maximum or a minimum between two ends at all."""
-    return (m0 * m1 < 0.0) | does_swing | may_bend(n0, n1, m0, m1)

@@ -15,10 +15,10 @@ from tolmc.kernels.jit import routine
 from tolmc.kernels.lanes import WIDTH, yes
 from tolmc.kernels.results import CONTACT_LOST, CONTINUE, END_TIME, LOSS_TIME, OK, STATUS
 from tolmc.kernels.results import STATE as LOST_STATE
-from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, RATE_TORQUE, SUM_D, of
+from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, RATE_TORQUE, ROWS, SUM_D, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
-from tolmc.kernels.watchers.bends import highest_of, swings
+from tolmc.kernels.watchers.bends import highest_of, rise, swings
 from tolmc.kernels.watchers.between import Between
 
 _ITERATIONS = 60
@@ -30,7 +30,7 @@ _TIGHT = 4e-16  # share of a step to which the instant is found
 def watch(system: System, between: Between) -> Watcher:
     """Watcher of the loss; it ends the motion of the lanes that have one, as ``run.on_loss`` says."""
     layout, state, at = system.layout, system.equations.STATE, system.at
-    time, place, sooner_rows = layout.row(), layout.row(), layout.block(1)
+    time, place, sooner_rows, mark_rows = layout.row(), layout.row(), layout.block(1), layout.block(-(-ROWS // WIDTH))
     survey, (locate, look_back) = _survey(system, time, place), _locate(system, place, time)
     estimate, choose, follow = between.estimate, between.choose, between.follow
     best_rows, value_rows, place_rows, scale_rows = between.best, between.value, between.place, between.scale
@@ -52,12 +52,24 @@ def watch(system: System, between: Between) -> Watcher:
                 size[lane] = value if (value > size[lane]) & (value < np.inf) else size[lane]
 
     @routine
-    def near_zero(here, after, variable):
-        """How many lanes' force may come near zero at all; most intervals of most motions need no closer look."""
-        (n0, m0), (n1, m1), near = of(here, variable), of(after, variable), 0
+    def near_zero(seen):
+        """How many lanes have a force that is negative at an end, may be beside it, or is not known."""
+        near = 0
         for lane in range(WIDTH):
-            near += min(n0[lane], n1[lane]) < max(abs(m0[lane]), abs(m1[lane]))
+            d = seen[N_D * WIDTH + lane] - rise(seen[RATE_D * WIDTH + lane])
+            e = seen[N_E * WIDTH + lane] - rise(seen[RATE_E * WIDTH + lane])
+            near += ~((d >= 0.0) & (e >= 0.0))
         return near
+
+    @routine
+    def mark(window, work):
+        """Marks the ends near zero, and returns how many there are: most motions need no closer look."""
+        marks, count = work[mark_rows], 0
+        for row in range(window.head, window.tail + 2):
+            near = near_zero(at(window.seen, row))
+            marks[row] = near
+            count += near
+        return count
 
     @routine
     def dips(here, after, variable, per_step, reached, sooner):
@@ -72,7 +84,13 @@ def watch(system: System, between: Between) -> Watcher:
     @routine
     def look_between(run, window, variable, coef, work):
         """Minima of one force between ends that lie below zero, before the first place known to be negative."""
-        sooner, best, value, where = work[sooner_rows], work[best_rows], work[value_rows], work[place_rows]
+        sooner, best, value, where, marks = (
+            work[sooner_rows],
+            work[best_rows],
+            work[value_rows],
+            work[place_rows],
+            work[mark_rows],
+        )
         count = np.int64(0)  # a literal would compile what it is handed to once more
         for lane in range(WIDTH):
             # Nothing is sought in a lane that has lost contact, nor after the end that shows it: within the interval before, a
@@ -81,9 +99,9 @@ def watch(system: System, between: Between) -> Watcher:
             sooner[lane] = window.first + known
             best[lane] = 0.0
         for row in range(window.head, window.tail + 1):
-            here, after = at(window.seen, row), at(window.seen, row + 1)
-            if near_zero(here, after, variable) == 0:
+            if marks[row] + marks[row + 1] == 0.0:
                 continue
+            here, after = at(window.seen, row), at(window.seen, row + 1)
             if dips(here, after, variable, 1.0 / run.step_length, window.first + row + 1.0, sooner) > 0:
                 estimate(window, row, variable, -1.0, sooner, count, work)
                 count += 1
@@ -97,7 +115,7 @@ def watch(system: System, between: Between) -> Watcher:
                     best[lane] = np.inf
 
     @routine
-    def scan(run, block, window, coef, work):
+    def look_for(run, window, coef, work):
         survey(window, work)
         for force in range(2):
             look_between(run, window, N_D + force, coef, work)
@@ -108,6 +126,11 @@ def watch(system: System, between: Between) -> Watcher:
             locate(run, window, coef, work)
             if look_back(run, window, coef, work) == 0:
                 break
+
+    @routine
+    def scan(run, block, window, coef, work):
+        if mark(window, work) > 0:
+            look_for(run, window, coef, work)
 
     @routine
     def finish(run, block, y, coef, work):

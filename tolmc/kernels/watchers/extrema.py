@@ -27,7 +27,7 @@ from tolmc.kernels.results import (
 from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_TORQUE, RATE_W2, ROWS, SUM_D, TORQUE, W2, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
-from tolmc.kernels.watchers.bends import highest_of, swings, turns
+from tolmc.kernels.watchers.bends import highest_of, rise, swings
 from tolmc.kernels.watchers.between import Between
 
 # Maxima are sought of N_D, -N_D, N_E, -N_E, |w|^2; -|w|^2, which nobody asks for, has its place; then of friction's moment
@@ -93,36 +93,23 @@ def watch(system: System, between: Between) -> Watcher:
             sums[3 * WIDTH + lane] += e2 if counts else 0.0
 
     @device
-    def force_turns(here, after, force, per_step, lane):
-        """Whether a lane's N_D (0) or N_E (1) may turn in an interval of 1/``per_step`` (s), its mean looked at too."""
-        n0, n1 = here[force * WIDTH + lane], after[force * WIDTH + lane]
-        m0, m1 = here[(RATE_D + force) * WIDTH + lane], after[(RATE_D + force) * WIDTH + lane]
-        mean = here[(SUM_D + 2 * force) * WIDTH + lane] * per_step
-        return turns(n0, n1, m0, m1, swings(n0, n1, m0, m1, mean))
+    def exceeds(seen, row, quantity, tops, lane):
+        """Whether a lane's maximum or minimum of one variable, beside an end, may be beyond those known."""
+        value, beside = seen[row * WIDTH + lane], rise(seen[(row + 3) * WIDTH + lane])
+        most, least = tops[quantity * WIDTH + lane], tops[(quantity + 1) * WIDTH + lane]
+        return (value + beside > most) | (beside - value > least)
 
     @routine
-    def turning(here, after, per_step):
-        """How many lanes' N_D, N_E, |w|^2 and moment turn within an interval."""
+    def near_tops(seen, tops):
+        """Of which variables an end is so near those known in any lane that an interval beside it may be beyond, a bit each."""
         d, e, w, t = 0, 0, 0, 0
         for lane in range(WIDTH):
-            d += force_turns(here, after, N_D, per_step, lane)
-            e += force_turns(here, after, N_E, per_step, lane)
-            w += turns(
-                here[W2 * WIDTH + lane],
-                after[W2 * WIDTH + lane],
-                here[RATE_W2 * WIDTH + lane],
-                after[RATE_W2 * WIDTH + lane],
-                False,
-            )
+            d += exceeds(seen, N_D, 0, tops, lane)
+            e += exceeds(seen, N_E, 2, tops, lane)
+            w += seen[W2 * WIDTH + lane] + rise(seen[RATE_W2 * WIDTH + lane]) > tops[4 * WIDTH + lane]
             if rubs:
-                t += turns(
-                    here[TORQUE * WIDTH + lane],
-                    after[TORQUE * WIDTH + lane],
-                    here[RATE_TORQUE * WIDTH + lane],
-                    after[RATE_TORQUE * WIDTH + lane],
-                    False,
-                )
-        return d, e, w, t
+                t += exceeds(seen, TORQUE, MOMENT, tops, lane)
+        return (1 if d > 0 else 0) + (2 if e > 0 else 0) + (4 if w > 0 else 0) + (8 if t > 0 else 0)
 
     @device
     def row_of(variable):
@@ -144,11 +131,11 @@ def watch(system: System, between: Between) -> Watcher:
         return (1 if up > 0 else 0) + (2 if down > 0 else 0)
 
     @routine
-    def mask_of(here, after, per_step, begun, until, tops):
+    def mask_of(here, after, near, per_step, begun, until, tops):
         """Of which quantities an interval may hold the maximum in any lane, a bit each."""
-        counts, mask = turning(here, after, per_step), 0
+        mask = 0
         for variable in range(variables):
-            if counts[variable] > 0:
+            if (near >> variable) & 1:
                 mask |= promising(here, after, variable, per_step, begun, until, tops) << 2 * variable
         return mask & asked
 
@@ -202,11 +189,14 @@ def watch(system: System, between: Between) -> Watcher:
         ending, news, per_step = 0, 0, 1.0 / run.step_length
         for lane in range(WIDTH):
             ending += (work[ended + lane] > 0.0) & (ends[lane] > window.first + window.head)
+        before = near_tops(at(window.seen, window.head), tops)
         for row in range(window.head, window.tail + 1):
-            here, after = at(window.seen, row), at(window.seen, row + 1)
-            mask = mask_of(here, after, per_step, window.first + row + 0.0, ends, tops)
+            here, after, mask = at(window.seen, row), at(window.seen, row + 1), 0
+            beyond = near_tops(after, tops)
+            if before | beyond:
+                mask = mask_of(here, after, before | beyond, per_step, window.first + row + 0.0, ends, tops)
             masks[row] = mask
-            news |= mask
+            news, before = news | mask, beyond
         if ending > 0:
             halve(coef, work)
         sought = asked if ending > 0 else news
