@@ -91,11 +91,11 @@ class Kernel(_Library):
         self._linking_libraries.clear()
         super().finalize()
 
-    def _finalize_final_module(self) -> None:
+    def _optimize_final_module(self) -> None:
         for function in self._final_module.functions:
             if function.linkage == Linkage.linkonce_odr and not function.is_declaration:
                 function.linkage = Linkage.internal
-        super()._finalize_final_module()
+        super()._optimize_final_module()
 
 
 # Nobody runs it, nor may.
