@@ -22,8 +22,6 @@ A formulation has, with SI units at its borders and every array flat, (row, lane
     In place of the last part: N_D, N_E.
 ``rate_of_w2(y, k, coef, lane, width)``
     The rate of |w|^2, of the length of the step in whose increments ``k`` the last part has put h y'.
-``advance(y, coef, h, k, first, lane, width, with_load)``
-    The whole as the last part has it, in one go: of equations so short that without forces this is the faster way.
 ``project(y, coef, lane, width)``
     Puts the state back on its constraints; returns the relative error left.
 ``momentum(y, coef, lane, width)``

@@ -51,24 +51,6 @@ def evaluate(y, coef, lane, width, with_load):
 
 
 @device
-def _advance(found, y, coef, h, k, first, lane, width):
-    _, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = found
-    turn = h * d
-    k[first + lane] = -turn * y[width + lane]
-    k[first + width + lane] = turn * y[lane]
-    k[first + 2 * width + lane] = h * rate_s
-    k[first + 3 * width + lane] = h * rate_d
-    r = coef[slope_symmetric.R * width + lane]
-    return n_d, n_e, r * r * q, kinetic, potential, 0.0
-
-
-@device
-def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
-    return _advance(evaluate(y, coef, lane, width, with_load), y, coef, h, k, first, lane, width)
-
-
-@device
 def begin(y, held, coef, lane, width, with_load):
     """The first part of a right-hand side: what the pose determines."""
     slope_symmetric.hold(_pose(y, coef, lane, width), held, STATE * width + lane, width)
@@ -76,9 +58,16 @@ def begin(y, held, coef, lane, width, with_load):
 
 @device
 def finish(y, held, coef, h, k, first, lane, width, with_load):
-    """The last, as :func:`advance`."""
+    """The last: h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
     posed = slope_symmetric.held_pose(held, STATE * width + lane, width)
-    return _advance(_from_pose(y, posed, coef, lane, width, with_load), y, coef, h, k, first, lane, width)
+    _, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = _from_pose(y, posed, coef, lane, width, with_load)
+    turn = h * d
+    k[first + lane] = -turn * y[width + lane]
+    k[first + width + lane] = turn * y[lane]
+    k[first + 2 * width + lane] = h * rate_s
+    k[first + 3 * width + lane] = h * rate_d
+    r = coef[slope_symmetric.R * width + lane]
+    return n_d, n_e, r * r * q, kinetic, potential, 0.0
 
 
 @device

@@ -264,33 +264,23 @@ def turn(k, first, half_d, half_e, ox, oy, wx, wy, lane, width):
 
 
 @device
-def _advance(found, y, coef, h, k, first, lane, width):
-    s, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = found
+def begin(y, held, coef, lane, width, with_load):
+    """The first part of a right-hand side: what the pose determines."""
+    hold(pose(y, coef, lane, width), held, STATE * width + lane, width)
+
+
+@device
+def finish(y, held, coef, h, k, first, lane, width, with_load):
+    """The last: h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
+    s, d, rate_s, rate_d, n_d, n_e, _, _, kinetic, potential, q = from_pose(
+        y, held_pose(held, STATE * width + lane, width), coef, lane, width, with_load
+    )
     ox, oy, wx, wy = y[lane], y[width + lane], y[2 * width + lane], y[3 * width + lane]
     turn(k, first, 0.5 * h * (s + d), 0.5 * h * (s - d), ox, oy, wx, wy, lane, width)
     k[first + 4 * width + lane] = h * rate_s
     k[first + 5 * width + lane] = h * rate_d
     r = coef[R * width + lane]
     return n_d, n_e, r * r * q, kinetic, potential, 0.0
-
-
-@device
-def advance(y, coef, h, k, first, lane, width, with_load):
-    """h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T, V and the power of the torque (none here)."""
-    return _advance(evaluate(y, coef, lane, width, with_load), y, coef, h, k, first, lane, width)
-
-
-@device
-def begin(y, held, coef, lane, width, with_load):
-    """The first part of :func:`advance`: what the pose determines."""
-    hold(pose(y, coef, lane, width), held, STATE * width + lane, width)
-
-
-@device
-def finish(y, held, coef, h, k, first, lane, width, with_load):
-    """The last part of :func:`advance`."""
-    found = from_pose(y, held_pose(held, STATE * width + lane, width), coef, lane, width, with_load)
-    return _advance(found, y, coef, h, k, first, lane, width)
 
 
 @device

@@ -1,7 +1,7 @@
 """A step stage by stage: a stage's argument, a sum over those before, is compiled for each, the right-hand side once.
 
-With the sums goes the first part of the right-hand side: they wait for memory, it for arithmetic, and so they overlap. Of
-equations that are short a stage without forces is one loop altogether: a step of a motion alone takes a tenth less.
+With the sums goes the first part of the right-hand side: they wait for memory, it for arithmetic, and so they overlap. All in
+one loop would be too long for a processor to see the next lanes: a step of a motion alone would take a sixth more.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     argument_rows, k_rows, sums = rows.argument, rows.k, rows.sums * WIDTH
     look, rate, integrate = looker(equations, load), rater(equations, load), integrals(tableau, equations, forces, rows)
     is_summed = forces or equations.TORQUE
-    stages = _in_order(_stages(tableau, equations, load, forces, sums))
+    stages = _in_order(_all_stages(tableau, equations, load, forces, sums))
 
     @routine
     def through_stages(y, end, coef, h, k, argument, seen, sums_up):
@@ -59,42 +59,25 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     return Stepper(tableau, step, go, see)
 
 
-def _stages(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, sums: int) -> list[Callable]:
+def _all_stages(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, sums: int) -> list[Callable]:
     """The stages but the first, which with forces is a look."""
     add = adder(equations, forces)
     alone = _rest(equations, load, None)
     watched = _rest(equations, load, add)
-    if forces and hasattr(equations, "advance"):  # beside longer equations sums are little, the choice costs more
+    if forces:
         watched = _either(watched, alone)
 
     def stage(number: int) -> Callable:
         row, first = tableau.rows[number], number * equations.STATE * WIDTH
         is_watched = (forces or equations.TORQUE) and number in tableau.weights
-        if hasattr(equations, "advance") and not is_watched:
-            return _at_once(equations, load, row, first)
-        return _in_parts(
+        return _stage(
             equations, load, row, first, watched if is_watched else alone, tableau.weights.get(number, 0.0), sums
         )
 
     return [stage(number) for number in range(1 if forces else 0, tableau.stages)]
 
 
-def _at_once(equations: ModuleType, load: bool, row: dict[int, float], first: int) -> Callable:
-    """A stage in one loop."""
-    state, advance, argument_at = equations.STATE, equations.advance, weighted_sum(row)
-    size = state * WIDTH
-
-    @device
-    def stage(y, k, argument, coef, h, sums_up):
-        for lane in range(WIDTH):
-            for c in range(state):
-                argument[c * WIDTH + lane] = argument_at(y, k, size, c * WIDTH + lane)
-            advance(argument, coef, h[lane], k, first, lane, WIDTH, load)
-
-    return stage
-
-
-def _in_parts(
+def _stage(
     equations: ModuleType, load: bool, row: dict[int, float], first: int, rest: Callable, weight: float, sums: int
 ) -> Callable:
     """A stage in as many loops as its right-hand side has parts."""
