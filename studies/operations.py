@@ -98,7 +98,9 @@ def _right_hand_side() -> int:
         slope_symmetric.math = Roots
         for name, function in plain.items():
             setattr(slope_symmetric, name, function)
-        slope_symmetric.advance(y, coef, Traced(0.01), k, 0, 0, 1, True)
+        held = [*y, *[None] * slope_symmetric.HELD]
+        slope_symmetric.begin(y, held, coef, 0, 1, True)
+        slope_symmetric.finish(y, held, coef, Traced(0.01), k, 0, 0, 1, True)
     finally:
         slope_symmetric.math = math
         for name, function in originals.items():

@@ -197,7 +197,7 @@ def residuals(a: np.ndarray, b: np.ndarray, order: int) -> np.ndarray:
 @numba.njit(error_model="numpy")
 def _states(raw, duration, steps, a, b, states):
     """States (step, component) at the ends of ``steps`` equal steps of the motion in column 0 of ``raw``."""
-    y, k, argument = np.empty(slope.STATE), np.zeros(len(b) * slope.STATE), np.empty(slope.STATE)
+    y, k, argument = np.empty(slope.STATE), np.zeros(len(b) * slope.STATE), np.empty(slope.STATE + slope.HELD)
     coef = np.empty(slope.COEFFICIENTS)
     slope.prepare(raw, 0, coef, 0, 1)
     slope.start(raw, 0, y, coef, 0, 1)
@@ -207,7 +207,8 @@ def _states(raw, duration, steps, a, b, states):
                 argument[c] = y[c]
                 for j in range(i):
                     argument[c] += a[i, j] * k[j * slope.STATE + c]
-            slope.advance(argument, coef, duration / steps, k, i * slope.STATE, 0, 1, True)
+            slope.begin(argument, argument, coef, 0, 1, True)
+            slope.finish(argument, argument, coef, duration / steps, k, i * slope.STATE, 0, 1, True)
         for c in range(slope.STATE):
             for j in range(len(b)):
                 y[c] += b[j] * k[j * slope.STATE + c]

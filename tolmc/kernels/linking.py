@@ -4,7 +4,7 @@ Numba makes machine code of every function that it compiles, and once more of it
 copies that runs which was loaded first. Their products and sums are contracted in different ways, so that a sample's last
 digits would depend on whether a process has compiled a kernel or has found it on disk. Here a function that compiled code
 alone calls is kept as intermediate code, optimised in the kernel alone (a third less time to compile); and in a kernel all
-but the entry is internal, so that it runs on its own pieces wherever it is loaded.
+but the entry is private, so that it runs on its own pieces wherever it is loaded.
 """
 
 from __future__ import annotations
@@ -92,9 +92,13 @@ class Kernel(_Library):
         super().finalize()
 
     def _optimize_final_module(self) -> None:
+        """With private pieces: what none of them looks at, of the seven words of an array five, LLVM no longer hands over.
+
+        Private and not internal, or the loader would take them for functions of the same name that others hand all words.
+        """
         for function in self._final_module.functions:
             if function.linkage == Linkage.linkonce_odr and not function.is_declaration:
-                function.linkage = Linkage.internal
+                function.linkage = Linkage.private
         super()._optimize_final_module()
 
 
