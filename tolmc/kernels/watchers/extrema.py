@@ -24,7 +24,7 @@ from tolmc.kernels.results import (
     LOSS_TIME,
     TILT_MAX,
 )
-from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_TORQUE, RATE_W2, ROWS, SUM_D, TORQUE, W2, of
+from tolmc.kernels.seen import N_D, N_E, RATE_W2, ROWS, SUM_D, TORQUE, W2, of
 from tolmc.kernels.system import System
 from tolmc.kernels.watchers import Watcher
 from tolmc.kernels.watchers.bends import highest_of, rise, swings
