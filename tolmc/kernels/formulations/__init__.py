@@ -17,7 +17,8 @@ A formulation has, with SI units at its borders and every array flat, (row, lane
 ``PARTS``, ``HELD``
     The right-hand side in parts, each for a loop over lanes of its own: ``part(y, held, coef, lane, width, with_load)``, the
     last ``finish(y, held, coef, h, k, first, lane, width, with_load)``: h y' into ``k[first:]``; returns N_D, N_E, |w|^2, T,
-    V and the power of the torque. ``held`` has what one part hands on to the next, in HELD rows after those of the state.
+    V and the power of the torque. The first, or None, shares the loop that sums up a stage's argument. ``held`` has what one
+    part hands on to the next, in HELD rows after those of the state.
 ``sense(y, held, coef, lane, width, with_load)``
     In place of the last part: N_D, N_E.
 ``rate_of_w2(y, k, coef, lane, width)``

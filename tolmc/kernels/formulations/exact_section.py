@@ -55,7 +55,8 @@ def shape(cos_d, sin_d, sin_e, nu, clearance, journal):
     not computed.
     """
     cos_e2 = 1.0 - sin_e * sin_e
-    cos_e = math.sqrt(cos_e2)
+    sec_e = inverse_root(cos_e2)
+    cos_e = cos_e2 * sec_e
     lift = journal * sin_e
     kappa = 1.0 + lift
     fold = 1.0 + cos_e
@@ -69,10 +70,10 @@ def shape(cos_d, sin_d, sin_e, nu, clearance, journal):
     turn = (kappa + g) * rest * speed
     lean = (kappa + kappa) * a * speed * ((cos_e * cos_e2) * (sin_d * cos_d))
     opened, turned, y = kappa * cos_d, turn * nu, mu * sin_d
-    cos2 = 1.0 / (1.0 + y * y)
+    cos_t = inverse_root(1.0 + y * y)
     return (
-        mu * opened, y, kappa, 1.0 / (kappa * cos_e), turn, lean,
-        -(journal * lean * nu * sin_d + opened * turned), -sin_d * turned, cos2, math.sqrt(cos2),
+        mu * opened, y, kappa, (a_gain * fold) * (inverse * sec_e), turn, lean,
+        -(journal * lean * nu * sin_d + opened * turned), -sin_d * turned, cos_t * cos_t, cos_t,
     )  # fmt: skip
 
 

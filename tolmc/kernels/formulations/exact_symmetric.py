@@ -137,7 +137,7 @@ def sense(y, held, coef, lane, width, with_load):
     return n_d, n_e
 
 
-HELD, PARTS = 10, (begin, finish)
+HELD, PARTS = 10, (None, begin, finish)
 
 
 @device

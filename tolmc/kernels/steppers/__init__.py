@@ -125,8 +125,8 @@ def adder(equations: ModuleType, forces: bool) -> Callable:
     return add
 
 
-def loops(parts: Sequence[Callable], load: bool) -> Callable:
-    """Function ``run(y, held, coef)``: parts of a right-hand side, each in a loop over the lanes of its own.
+def loops(parts: Sequence[Callable | None], load: bool) -> Callable:
+    """Function ``run(y, held, coef)``: parts of a right-hand side, each that there is in a loop over the lanes of its own.
 
     A processor looks some hundred operations ahead. In a longer loop it does not see from one group of lanes to the next, and
     waits wherever a root or a division stands in the way; so parts end with these, and the next begins with what is known.
@@ -139,6 +139,8 @@ def loops(parts: Sequence[Callable], load: bool) -> Callable:
 
         return nothing
     part, others = parts[0], loops(parts[1:], load)
+    if part is None:
+        return others
 
     @inlined
     def run(y, held, coef):

@@ -1,7 +1,8 @@
 """A step stage by stage: a stage's argument, a sum over those before, is compiled for each, the right-hand side once.
 
-With the sums goes the first part of the right-hand side: they wait for memory, it for arithmetic, and so they overlap. All in
-one loop would be too long for a processor to see the next lanes: a step of a motion alone would take a sixth more.
+With the sums goes the first part of a right-hand side, if it is short: they wait for memory, it for arithmetic, and so they
+overlap. All in one loop would be too long for a processor to see the next lanes: a step of a motion alone would take a sixth
+more.
 """
 
 from __future__ import annotations
@@ -77,11 +78,16 @@ def _all_stages(tableau: Tableau, equations: ModuleType, load: bool, forces: boo
     return [stage(number) for number in range(1 if forces else 0, tableau.stages)]
 
 
+@device
+def _nothing(y, held, coef, lane, width, with_load):
+    """No part goes with the sums."""
+
+
 def _stage(
     equations: ModuleType, load: bool, row: dict[int, float], first: int, rest: Callable, weight: float, sums: int
 ) -> Callable:
     """A stage in as many loops as its right-hand side has parts."""
-    state, begin, argument_at = equations.STATE, equations.PARTS[0], weighted_sum(row)
+    state, begin, argument_at = equations.STATE, equations.PARTS[0] or _nothing, weighted_sum(row)
     size = state * WIDTH
 
     @device
