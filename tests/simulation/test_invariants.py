@@ -107,15 +107,20 @@ def test_a_projection_on_the_energy_hides_no_error():
     assert "energy_correction" not in plain
 
 
-def test_a_mean_above_the_rms_is_no_result_however_large_the_largest_force():
-    """As in a motion that blew up where contact seemed to be lost: beside 2e15 N any contradiction is small."""
+def test_forces_that_contradict_each_other_are_no_result_however_large_the_largest():
+    """As in motions that blew up where contact seemed to be lost: beside 2e15 N any contradiction is small.
+
+    A mean above its rms; then a mean and an rms above the largest force of their end, below that of the other.
+    """
     plan = plan_integration(SYMMETRIC, step=1e-3)
-    columns = {name: np.full(2, value) for name, value in SYMMETRIC.scalars.items()}
-    raw, code = pack(columns, 2)
+    columns = {name: np.full(3, value) for name, value in SYMMETRIC.scalars.items()}
+    raw, code = pack(columns, 3)
     results = integrate(raw, plan, True, SYMMETRIC.duration, "stop", False)
     results[R.D_MEAN : R.D_RMS + 1, 1] = 1.2e6, 2.2e4
     results[R.D_MAX, 1] = 2e15
-    assert judged(code, results, raw, plan, forces=True).tolist() == [R.OK, INACCURATE]
+    results[R.D_MEAN : R.D_RMS + 1, 2] = 5.2e5, 6.6e5
+    results[R.D_MAX, 2], results[R.E_MAX, 2] = 2.3e4, 8.2e10
+    assert judged(code, results, raw, plan, forces=True).tolist() == [R.OK, INACCURATE, INACCURATE]
 
 
 @pytest.mark.parametrize("factor", [1e155, 1e-165])

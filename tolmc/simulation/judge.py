@@ -127,19 +127,16 @@ def _contradiction(results: np.ndarray, raw: np.ndarray, always: np.ndarray) -> 
     belong together.
     """
     miss = results[R.TILT_MAX] - np.arctan2(raw[P.RADIUS], raw[P.HALF_LENGTH])
-    # Relative to the larger force of the two ends: one that is 0 has nothing but rounding to compare. Means to the larger rms:
-    # where a motion is not resolved the largest force may be anything, and beside it nothing is much.
-    largest = np.abs(results[[R.D_MAX, R.D_MIN, R.E_MAX, R.E_MIN]]).max(axis=0)
+    # Relative to the larger rms of the two ends: a force that is 0 has nothing but rounding to compare. Not to the largest
+    # force: where a motion is not resolved that may be anything, and beside it nothing is much.
     usual = results[[R.D_RMS, R.E_RMS]].max(axis=0)
-    usual = np.where(usual > 0, usual, largest)
+    usual = np.where(usual > 0, usual, np.abs(results[[R.D_MAX, R.D_MIN, R.E_MAX, R.E_MIN]]).max(axis=0))
+    compared = always & (usual > 0)
     for first in (R.D_MAX, R.E_MAX):
         highest, lowest, mean, rms = results[first : first + 4]
         beyond = rms - np.maximum(np.abs(highest), np.abs(lowest))
-        for excess, scale in (
-            (np.maximum.reduce([mean - highest, lowest - mean, beyond]), largest),
-            (np.abs(mean) - rms, usual),
-        ):
-            miss = np.maximum(miss, np.divide(excess, scale, out=np.zeros_like(excess), where=always & (scale > 0)))
+        excess = np.maximum.reduce([mean - highest, lowest - mean, beyond, np.abs(mean) - rms])
+        miss = np.maximum(miss, np.divide(excess, usual, out=np.zeros_like(excess), where=compared))
     return miss
 
 
