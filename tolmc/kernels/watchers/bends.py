@@ -11,7 +11,8 @@ _MONOTONE = 2.5
 #: Share of the change between two ends by which the mean between them may miss the cubic's: that of a step that is resolved is
 #: less, but where the change is next to nothing.
 _SWING = 0.05
-#: What a maximum beside an end adds at most, over the rate there: a parabola's half of it.
+#: What a maximum beside an end adds at most, over the rate there. A parabola's adds up to a half; three quarters are allowed
+#: for.
 _RISE = 0.75
 #: Share of the other rate up to which an end counts as one without a rate.
 _FLAT = 1e-3
