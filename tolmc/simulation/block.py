@@ -83,7 +83,7 @@ def _results(raw, valid, plan: Plan, forces: bool, duration: float, on_contact_l
         if plan.halving:
             finer = replace(plan, steps=2 * plan.steps)
             fine = integrate(inside, finer, forces, duration, on_contact_loss, project_energy)
-            part[R.HALVING_ERROR] = difference(part, fine, inside[P.RADIUS], plan, forces)
+            part[R.HALVING_ERROR] = difference(part, fine, inside[P.RADIUS], forces)
     else:
         part = published_results(inside, plan, forces, duration, on_contact_loss)
     if isinstance(valid, slice):

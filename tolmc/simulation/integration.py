@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from tolmc.kernels import results as R
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.simulation import one_sided
 from tolmc.simulation.plan import Plan
+from tolmc.simulation.second_look import look_again
 
 #: What a call of the kernels takes at best: lanes that run together.
 WIDTH = lanes.WIDTH
@@ -67,6 +69,14 @@ def _two_sided(
         raw[P.HELD] = features.driven
     kernel(raw, plan.steps, duration, on_loss, project_energy, features.momentum, out)
     out[R.STEP_ERROR] = _step_error(out, plan)
+    if forces and math.isnan(plan.pilot_error) and not plan.halving:
+
+        def once_more(columns: np.ndarray, other: Plan) -> np.ndarray:
+            space = np.empty((R.RESULTS, columns.shape[1]))
+            halved = replace(other, halving=True)  # judged by two integrations already
+            return _two_sided(columns, halved, forces, duration, on_contact_loss, project_energy, space)
+
+        look_again(out, raw, plan, duration, once_more)
     out[R.SPIN_ERROR] = 0.0  # where Omega is conserved, these equations have it as a constant
     return out
 

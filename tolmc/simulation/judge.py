@@ -37,7 +37,7 @@ STATUSES = (
 )
 
 
-def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, plan: Plan, forces: bool) -> np.ndarray:
+def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, forces: bool) -> np.ndarray:
     """Relative difference of two results, a number a sample: end of the motion, energy, and forces if there are any."""
     end = slice(R.ORIGIN_X, R.ORIGIN_Y + 1)
     axis = slice(R.AXIS_X, R.AXIS_Z + 1)
@@ -46,17 +46,18 @@ def difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, plan: P
     )
     worst = np.maximum(worst, coarse[R.ENERGY_ERROR])
     if forces:
-        same = coarse[R.STATUS] == fine[R.STATUS]
-        scale = np.maximum(fine[R.D_MAX], fine[R.E_MAX])
         # Where one of the two loses contact and the other just not, their statistics do not measure the integration.
-        statistics = present(plan, "statistics")
-        angles, loads = ([ROWS[row.name] for row in statistics if row.kind == kind] for kind in ("angle", "force"))
-        angle = np.abs(coarse[angles] - fine[angles]).max(axis=0)
-        worst = np.maximum(worst, np.where(same, angle, 0.0))
-        force = np.abs(coarse[loads] - fine[loads]).max(axis=0)
-        force = np.divide(force, scale, out=np.zeros_like(force), where=scale > 0)
-        worst = np.where(same, np.maximum(worst, force), worst)
+        same = coarse[R.STATUS] == fine[R.STATUS]
+        worst = np.where(same, np.maximum(worst, difference_of_statistics(coarse, fine)), worst)
     return np.where(np.isfinite(worst), worst, np.inf)
+
+
+def difference_of_statistics(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
+    """Largest difference of tilts, and of contact forces relative to the largest, a number a sample."""
+    forces = slice(R.D_MAX, R.E_RMS + 1)
+    force, scale = np.abs(coarse[forces] - fine[forces]).max(axis=0), np.maximum(fine[R.D_MAX], fine[R.E_MAX])
+    force = np.divide(force, scale, out=np.zeros_like(force), where=scale > 0)
+    return np.maximum(np.abs(coarse[R.TILT_MAX] - fine[R.TILT_MAX]), force)
 
 
 def one_sided_difference(coarse: np.ndarray, fine: np.ndarray, radius: np.ndarray, plan: Plan) -> np.ndarray:

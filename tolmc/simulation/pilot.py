@@ -118,7 +118,7 @@ def _pilot(raw, draft: Plan, forces, duration, on_contact_loss, project_energy, 
     coarse = results(steps, left)
     while True:
         fine = results(2 * steps, left)
-        errors = difference(coarse, fine, raw[P.RADIUS, left], draft, forces)
+        errors = difference(coarse, fine, raw[P.RADIUS, left], forces)
         good = errors <= target
         first = good & (met[left] == 0)
         met[left[first]] = steps
@@ -184,7 +184,7 @@ def _agreement(
     for share in _SHARES:
         part = max(1, round(share * steps))
         coarse, fine = (results(n, columns, share) for n in (part, 2 * part))
-        if not (difference(coarse, fine, raw[P.RADIUS, columns], draft, forces) <= draft.accuracy).all():
+        if not (difference(coarse, fine, raw[P.RADIUS, columns], forces) <= draft.accuracy).all():
             break
         agrees = share * duration
     return agrees
@@ -320,7 +320,8 @@ def plan_integration(
     if not (code == R.OK).any():
         return draft
     raw = np.ascontiguousarray(raw[:, code == R.OK])
-    drafts = [replace(draft, method=name) for name in (METHODS if method == "auto" else (method,))]
+    # Halving is the pilot's own, whatever the samples have.
+    drafts = [replace(draft, method=name, halving=True) for name in (METHODS if method == "auto" else (method,))]
     bounds_of_work = [_Bound(samples) for _ in drafts]
     with np.errstate(all="ignore"):
         if features.one_sided or features.rubs:
