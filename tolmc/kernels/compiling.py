@@ -1,4 +1,4 @@
-"""What Numba does to make a kernel, less what it does there in vain: a third of the time that a compilation takes.
+"""What Numba does to make a kernel, less what it does there in vain: half of the time that a compilation takes.
 
 That time passes in Python, in Numba's own analyses and types.
 """
@@ -10,9 +10,13 @@ from typing import Any, ClassVar
 
 from numba.core import types
 from numba.core.compiler import Compiler, Flags
-from numba.core.compiler_machinery import PassManager
+from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.cpu import CPUContext
+from numba.core.ir_utils import build_definitions
+from numba.core.rewrites.static_getitem import RewriteConstGetitems, RewriteConstSetitems
+from numba.core.typed_passes import PreLowerStripPhis
 from numba.core.typing.context import Context
+from numba.core.untyped_passes import GenericRewrites
 from numba.extending import models, register_model
 
 from tolmc.kernels.linking import Entry, Kernel, Piece, by_compiled_code_alone
@@ -24,6 +28,34 @@ _IN_VAIN = {
     "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites",
     "NoPythonSupportedFeatureValidation", "DumpParforDiagnostics",
 }  # fmt: skip
+#: And those that find how long variables live, for references to be given up: a piece counts none.
+_IN_VAIN_FOR_PIECES = _IN_VAIN | {"IRProcessing", "IRLegalization", "AnnotateTypes"}
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _KnownPlaces(GenericRewrites):
+    """Of what Numba rewrites before it seeks types, places that are known; no lives are sought after."""
+
+    def run_pass(self, state: Any) -> bool:
+        blocks = state.func_ir.blocks
+        for rewrite in (RewriteConstGetitems(state), RewriteConstSetitems(state)):
+            for label, block in blocks.items():
+                if rewrite.match(state.func_ir, block, state.typemap, state.calltypes):
+                    blocks[label] = rewrite.apply()
+        return True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _WithoutPhis(PreLowerStripPhis):
+    """The same as Numba's, and no lives are sought after."""
+
+    def run_pass(self, state: Any) -> bool:
+        state.func_ir = self._strip_phi_nodes(state.func_ir)
+        state.func_ir._definitions = build_definitions(state.func_ir.blocks)
+        return True
+
+
+_SHORTER = {GenericRewrites: _KnownPlaces, PreLowerStripPhis: _WithoutPhis}
 
 
 class _Settled(Flags):
@@ -86,7 +118,7 @@ register_model(_Function)(models.OpaqueModel)
 class _Typing(Context):
     """Numba's typing context, with all that it knows, and functions that remember."""
 
-    _functions: ClassVar[dict[types.Function, _Function]] = {}
+    _remembering: ClassVar[dict[types.Function, _Function]] = {}
 
     def __init__(self, context: Context) -> None:
         self.__dict__ = context.__dict__
@@ -100,23 +132,31 @@ class _Typing(Context):
         found = super()._lookup_global(value)
         if type(found) is not types.Function:
             return found
-        if found not in self._functions:
-            self._functions[found] = _Function(found)
-        return self._functions[found]
+        if found not in self._remembering:
+            self._remembering[found] = _Function(found)
+        return self._remembering[found]
 
 
 class _Target(CPUContext):
     """Numba's target, which does not look for what it lacks again and again.
 
     It finds no way to convert arrays, nor to take a part of one by a constant, and looks each time whether anybody has brought
-    one since: once for every element of an array.
+    one since: once for every element of an array. How much memory a type takes it asks LLVM of every variable, by a module of
+    its own.
     """
+
+    _sizes: ClassVar[dict[Any, int]] = {}
 
     def __init__(self, target: CPUContext, typing: Context) -> None:
         self.__dict__.update(target.__dict__, typing_context=typing)
 
     def get_function(self, fn: Any, sig: Any, _firstcall: bool = True) -> Any:
         return super().get_function(fn, sig, _firstcall and not isinstance(fn, str))
+
+    def get_abi_sizeof(self, ty: Any) -> int:
+        if ty not in self._sizes:
+            self._sizes[ty] = super().get_abi_sizeof(ty)
+        return self._sizes[ty]
 
 
 class _Compiler(Compiler):
@@ -137,12 +177,17 @@ class _Compiler(Compiler):
 class PieceCompiler(_Compiler):
     """Compiler of functions that compiled code alone calls; called from Python they end the process."""
 
+    _in_vain = _IN_VAIN_FOR_PIECES
+
     def define_pipelines(self) -> list[PassManager]:
         state = self.state
         state.targetctx = state.targetctx.subtarget(get_executable=by_compiled_code_alone)
         state.library = Piece(state.targetctx.codegen(), "piece")
         state.library.is_inlined = state.flags.forceinline
-        return super().define_pipelines()
+        pipelines = super().define_pipelines()
+        for pipeline in pipelines:
+            pipeline.passes = [(_SHORTER.get(one, one), name) for one, name in pipeline.passes]
+        return pipelines
 
 
 class KernelCompiler(_Compiler):

@@ -28,6 +28,15 @@ class _Library(JITCodeLibrary):
             set.add(function.attributes, _WIDEST)  # llvmlite's own method takes attributes without a value alone
         super().add_ir_module(ir_module)
 
+    def _optimize_functions(self, module: ModuleRef) -> None:
+        """By one builder, that does not look for vectors yet: all is optimised once more in the kernel."""
+        module.data_layout = self._codegen._data_layout
+        builder = self._codegen._pass_builder(loop_vectorize=False, slp_vectorize=False)
+        passes = builder.getFunctionPassManager()
+        for function in module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
+
 
 class Piece(_Library):
     """Intermediate code, to be linked into that of its callers."""
