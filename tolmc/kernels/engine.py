@@ -76,11 +76,12 @@ def build_trace(formulation: str, method: str, *, load: bool) -> Callable:
     """
     system = _system(formulation, method, load, forces=True)
     target_rows, correction_rows = system.layout.block(1), system.layout.block(1)
-    return jit.entry(
-        loops.trace, _name("trace", formulation, method, load=load),
-        project_energy=energy.projection(system.equations, system.load),
+    name = _name("trace", formulation, method, load=load)
+    block = jit.piece(
+        loops.trace_block, f"{name}_block", project_energy=energy.projection(system.equations, system.load),
         target_rows=target_rows, correction_rows=correction_rows, **_parts(system),
     )  # fmt: skip
+    return jit.entry(loops.trace, name, blocks=block, rows=system.layout.rows)
 
 
 @jit.once
@@ -91,7 +92,10 @@ def build_observe(formulation: str, *, load: bool) -> Callable:
     """
     equations = FORMULATIONS[formulation]
     name = _name("observe", formulation, load=load)
-    return jit.entry(loops.observe, name, observe_lane=observer(equations, _plain(load)), state=equations.STATE)
+    rows = jit.piece(
+        loops.observe_rows, f"{name}_rows", observe_lane=observer(equations, _plain(load)), state=equations.STATE
+    )
+    return jit.entry(loops.observe, name, blocks=rows, state=equations.STATE)
 
 
 def _system(formulation: str, method: str, load: bool, forces: bool) -> System:

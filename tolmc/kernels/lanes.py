@@ -44,11 +44,12 @@ class Layout:
 class Run(NamedTuple):
     """What one call of a kernel is told, as its parts see it.
 
-    ``raw`` (parameters.COUNT, n) SI units; ``step_length`` = duration/steps; ``on_loss`` CONTINUE or END; ``momentum`` whether
-    the angular momentum about Z is conserved; ``out`` (results.RESULTS, n).
+    ``raw`` (parameters.COUNT, samples) SI units; ``step_length`` = duration/steps; ``on_loss`` CONTINUE or END; ``momentum``
+    whether the angular momentum about Z is conserved; ``out`` (results.RESULTS, samples).
     """
 
     raw: np.ndarray
+    samples: int
     steps: int
     duration: float
     step_length: float

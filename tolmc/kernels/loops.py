@@ -6,8 +6,7 @@ of the loops over blocks that it calls a piece: an entry would count the referen
 
 from __future__ import annotations
 
-import numpy as np
-
+from tolmc.kernels.bare import bare
 from tolmc.kernels.lanes import WIDTH, Run, lanes
 from tolmc.kernels.results import AS_ROUGH, DIVERGED, DOUBT, END_TIME, MOMENTUM_ERROR, OK, ROUGHEST, STATUS
 from tolmc.kernels.seen import REACH, ROWS, STEPS, WORK, Window
@@ -28,14 +27,15 @@ until = bad_step = end_state = end_seen = part_h = None
 
 def integrate(raw, steps, duration, on_loss, project_energy, momentum, out):
     """Every column of ``raw``, block by block: its results to ``out``. Nothing is seen of the forces."""
-    blocks(Run(raw, steps, duration, duration / steps, on_loss, project_energy, momentum, out), lanes(rows))
+    run = Run(bare(raw), raw.shape[1], steps, duration, duration / steps, on_loss, project_energy, momentum, bare(out))
+    blocks(run, lanes(rows))
 
 
 def integrate_blocks(run, work):
     """The loop of :func:`integrate`."""
-    raw, out, steps = run.raw, run.out, run.steps
+    raw, out, steps, work = run.raw, run.out, run.steps, bare(work)
     y, end, coef, h, seen = work[y_rows], work[end_rows], work[coef_rows], work[h_rows], work[seen_rows]
-    n = raw.shape[1]
+    n = run.samples
     for block in range(0, n, WIDTH):
         for lane in range(WIDTH):
             i = min(block + lane, n - 1)
@@ -63,15 +63,16 @@ def watch(raw, steps, duration, on_loss, project_energy, momentum, out):
 
     A motion of fewer steps goes on until the polynomials between its ends have the ends that they need.
     """
-    run = Run(raw, steps, duration, duration / steps, on_loss, project_energy, momentum, out)
+    run = Run(bare(raw), raw.shape[1], steps, duration, duration / steps, on_loss, project_energy, momentum, bare(out))
     blocks(run, lanes(rows), lanes(ROWS * state), lanes(ROWS * what))
 
 
 def watch_blocks(run, work, states, seen):
     """The loop of :func:`watch`."""
     raw, out, steps = run.raw, run.out, run.steps
+    work, states, seen = bare(work), bare(states), bare(seen)
     coef, h, ends, seen_there, length = work[coef_rows], work[h_rows], work[end_state], work[end_seen], work[part_h]
-    n, total = raw.shape[1], max(steps, 2 * REACH)
+    n, total = run.samples, max(steps, 2 * REACH)
     for block in range(0, n, WIDTH):
         y = states[: state * WIDTH]
         for lane in range(WIDTH):
@@ -82,7 +83,8 @@ def watch_blocks(run, work, states, seen):
             work[until + lane], work[bad_step + lane] = steps, -1.0
         for m in range(state * WIDTH):
             ends[m] = y[m]
-        seen_there[:] = 0.0
+        for m in range(what * WIDTH):
+            seen_there[m] = 0.0
         begin(run, block, y, coef, work)
         first, row, head = 0, 0, 0
         while True:
@@ -127,7 +129,12 @@ def watch_blocks(run, work, states, seen):
 
 def trace(raw, steps, duration, on_energy, states, coef):
     """The states of column 0 of ``raw`` at the ends of all steps; the block's lanes all carry the same motion."""
-    work = lanes(rows)
+    blocks(bare(raw), steps, duration, on_energy, bare(states), bare(coef), lanes(rows))
+
+
+def trace_block(raw, steps, duration, on_energy, states, coef, work):
+    """The loop of :func:`trace`."""
+    work = bare(work)
     y, end, h, seen = work[y_rows], work[end_rows], work[h_rows], work[seen_rows]
     target, correction = work[target_rows], work[correction_rows]
     for column in range(1):  # a literal 0 would compile the equations once more
@@ -154,8 +161,13 @@ def trace(raw, steps, duration, on_energy, states, coef):
 
 def observe(states, coef, out):
     """What the equations observe in every row of ``states``."""
-    y = np.empty(state * WIDTH)
-    for row in range(states.shape[0]):
+    blocks(bare(states), states.shape[0], bare(coef), bare(out), lanes(state))
+
+
+def observe_rows(states, count, coef, out, y):
+    """The loop of :func:`observe`."""
+    y = bare(y)
+    for row in range(count):
         for c in range(state):
             y[c * WIDTH] = states[row, c]
         for lane in range(1):  # as above

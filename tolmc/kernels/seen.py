@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolmc.kernels.jit import inlined
+from tolmc.kernels.jit import device
 from tolmc.kernels.lanes import WIDTH
 
 # N_D, N_E, |w|^2, their rates of change (of one whole step), kinetic energy, energy; of the step from there the integrals of
@@ -53,7 +53,7 @@ class Window(NamedTuple):
     end: int
 
 
-@inlined
+@device
 def of(seen, variable):
     """Values and rates of one variable. As arrays of their own: a row known only at run time would be gathered lane by lane."""
     return seen[variable * WIDTH : (variable + 1) * WIDTH], seen[(variable + 3) * WIDTH : (variable + 4) * WIDTH]
@@ -62,7 +62,7 @@ def of(seen, variable):
 def viewer(count: int) -> Callable:
     """Function ``at(seen, row)``: what is seen at one row, (count, lane), flat."""
 
-    @inlined
+    @device
     def at(seen, row):
         return seen[row * count * WIDTH : (row + 1) * count * WIDTH]
 

@@ -21,13 +21,13 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     rows, close = Rows.of(equations, tableau, layout), closing(tableau, equations)
     argument_rows, k_rows, sums = rows.argument, rows.k, rows.sums * WIDTH
     look, rate, integrate = looker(equations, load), rater(equations, load), integrals(tableau, equations, forces, rows)
-    is_summed = forces or equations.TORQUE
+    is_summed, sum_rows = forces or equations.TORQUE, slice(sums, k_rows.stop - k_rows.start)
     stages = _in_order(_all_stages(tableau, equations, load, forces, sums))
 
     @routine
     def through_stages(y, end, coef, h, k, argument, seen, sums_up):
         if is_summed:
-            k[sums:] = 0.0
+            k[sum_rows] = 0.0
         stages(y, k, argument, coef, h, sums_up)
         close(y, end, coef, k, seen)
 
@@ -35,7 +35,7 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     def finish(h, coef, k, seen):
         integrate(h, coef, k, seen)
 
-    @inlined
+    @device
     def step(y, end, coef, h, seen, work):
         k, argument = work[k_rows], work[argument_rows]
         if forces:
@@ -44,14 +44,14 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
         if is_summed:
             finish(h, coef, k, seen)
 
-    @inlined
+    @device
     def go(y, end, coef, h, seen, work):
         k, argument = work[k_rows], work[argument_rows]
         if forces:
             look(y, coef, h, k, argument, seen)
         through_stages(y, end, coef, h, k, argument, seen, no())
 
-    @inlined
+    @device
     def see(y, coef, h, seen, work):
         k, argument = work[k_rows], work[argument_rows]
         look(y, coef, h, k, argument, seen)
@@ -121,7 +121,7 @@ def _rest(equations: ModuleType, load: bool, add: Callable | None) -> Callable:
 def _either(watched: Callable, alone: Callable) -> Callable:
     """Function that sums up, or not, as is said at run time."""
 
-    @inlined
+    @device
     def either(argument, coef, h, k, weight, sums, sums_up):
         if sums_up:
             watched(argument, coef, h, k, weight, sums, sums_up)
@@ -133,14 +133,14 @@ def _either(watched: Callable, alone: Callable) -> Callable:
 
 def _in_order(stages: Sequence[Callable]) -> Callable:
     """One function that calls all stages."""
-    first, *others = stages
-    if not others:
-        return first
-    rest = _in_order(others)
+    if len(stages) == 1:
+        return stages[0]
+    half = len(stages) // 2
+    first, second = _in_order(stages[:half]), _in_order(stages[half:])
 
     @inlined
     def in_order(y, k, argument, coef, h, sums_up):
         first(y, k, argument, coef, h, sums_up)
-        rest(y, k, argument, coef, h, sums_up)
+        second(y, k, argument, coef, h, sums_up)
 
     return in_order

@@ -16,69 +16,68 @@ The order of a kernel's watchers is that of their work: who ends a lane's motion
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from tolmc.kernels.jit import inlined
 
 
-@inlined
-def no_begin(run, block, y, coef, work):
-    """Nothing to do before the first step."""
-
-
-@inlined
-def no_look(run, step, end, coef, seen, work):
-    """Nothing to do after a step."""
-
-
-@inlined
-def no_scan(run, block, window, coef, work):
-    """Nothing to do with a window."""
-
-
-@inlined
-def no_finish(run, block, y, coef, work):
-    """Nothing to do after the last step."""
-
-
 @dataclass(frozen=True)
 class Watcher:
-    """Functions of one watcher."""
+    """Functions of one watcher; None: nothing to do."""
 
-    begin: Callable = no_begin
-    look: Callable = no_look
-    scan: Callable = no_scan
-    finish: Callable = no_finish
+    begin: Callable | None = None
+    look: Callable | None = None
+    scan: Callable | None = None
+    finish: Callable | None = None
 
 
-def together(watchers: list[Watcher]) -> Watcher:
+def together(watchers: Sequence[Watcher]) -> Watcher:
     """One watcher that does all of ``watchers``' work, in their order."""
-    one, *others = watchers
-    if not others:
-        return one
-    rest = together(others)
-    begin_one, look_one, scan_one, finish_one = one.begin, one.look, one.scan, one.finish
-    begin_rest, look_rest, scan_rest, finish_rest = rest.begin, rest.look, rest.scan, rest.finish
+    begin, scan, finish = (
+        _in_order([one for watcher in watchers if (one := getattr(watcher, name))])
+        for name in ("begin", "scan", "finish")
+    )
+    return Watcher(begin, _looks([watcher.look for watcher in watchers if watcher.look]), scan, finish)
+
+
+def _in_order(functions: Sequence[Callable]) -> Callable:
+    if not functions:
+
+        @inlined
+        def nothing(run, block, at, coef, work):
+            pass
+
+        return nothing
+    if len(functions) == 1:
+        return functions[0]
+    half = len(functions) // 2
+    first, second = _in_order(functions[:half]), _in_order(functions[half:])
 
     @inlined
-    def begin(run, block, y, coef, work):
-        begin_one(run, block, y, coef, work)
-        begin_rest(run, block, y, coef, work)
+    def both(run, block, at, coef, work):
+        first(run, block, at, coef, work)
+        second(run, block, at, coef, work)
+
+    return both
+
+
+def _looks(functions: Sequence[Callable]) -> Callable:
+    if not functions:
+
+        @inlined
+        def nothing(run, step, end, coef, seen, work):
+            pass
+
+        return nothing
+    if len(functions) == 1:
+        return functions[0]
+    half = len(functions) // 2
+    first, second = _looks(functions[:half]), _looks(functions[half:])
 
     @inlined
-    def look(run, step, end, coef, seen, work):
-        look_one(run, step, end, coef, seen, work)
-        look_rest(run, step, end, coef, seen, work)
+    def both(run, step, end, coef, seen, work):
+        first(run, step, end, coef, seen, work)
+        second(run, step, end, coef, seen, work)
 
-    @inlined
-    def scan(run, block, window, coef, work):
-        scan_one(run, block, window, coef, work)
-        scan_rest(run, block, window, coef, work)
-
-    @inlined
-    def finish(run, block, y, coef, work):
-        finish_one(run, block, y, coef, work)
-        finish_rest(run, block, y, coef, work)
-
-    return Watcher(begin, look, scan, finish)
+    return both

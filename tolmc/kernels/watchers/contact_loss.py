@@ -44,7 +44,7 @@ def watch(system: System, between: Between) -> Watcher:
     def set_size(window, variable, work):
         """The size of the force, by which its minima are found exactly: the largest value at an end."""
         size = work[scale_rows]
-        size[:] = 0.0
+        work[scale_rows] = 0.0
         for row in range(window.head, window.tail + 2):
             values, _ = of(at(window.seen, row), variable)
             for lane in range(WIDTH):
@@ -134,7 +134,7 @@ def watch(system: System, between: Between) -> Watcher:
 
     @routine
     def finish(run, block, y, coef, work):
-        for lane in range(min(WIDTH, run.raw.shape[1] - block)):
+        for lane in range(min(WIDTH, run.samples - block)):
             when, i = work[time + lane], block + lane
             lost = when < np.inf
             run.out[LOSS_TIME, i] = when if lost else np.nan
@@ -306,7 +306,7 @@ def _locate(system: System, place: int, time: int):
     def look_back(run, window, coef, work):
         start, trial, h, shares = work[start_rows], work[trial_rows], work[h_rows], work[share_rows]
         other, there, found, way = work[other_seen], work[dip_seen], work[found_rows], work[dip_rows]
-        found[:] = np.inf
+        work[found_rows] = np.inf
         for side in range(2):
             lowest(side, run, work)
             sought = 0

@@ -15,7 +15,7 @@ from tolmc.kernels.lanes import WIDTH, observer
 from tolmc.kernels.results import ENERGY_CORRECTION, ENERGY_ERROR
 from tolmc.kernels.seen import ENERGY, KINETIC, WORK
 from tolmc.kernels.system import System
-from tolmc.kernels.watchers import Watcher, no_scan
+from tolmc.kernels.watchers import Watcher
 
 #: Steps of a motion alone from one look at the energy to the next: its error stays once made, and every look costs 5 %.
 INTERVAL = 4
@@ -57,7 +57,7 @@ def watch(system: System, windows: bool) -> Watcher:
 
     @routine
     def begin(run, block, y, coef, work):
-        last, correction = run.raw.shape[1] - 1, work[correction_rows]
+        last, correction = run.samples - 1, work[correction_rows]
         for lane in range(WIDTH):
             _, _, _, _, _, _, _, _, kinetic, potential, _ = observe(y, coef, lane)
             work[first + lane] = kinetic + potential
@@ -110,13 +110,15 @@ def watch(system: System, windows: bool) -> Watcher:
     @routine
     def finish(run, block, y, coef, work):
         correction, part, end, length = work[correction_rows], work[part_rows], work[end_rows], work[part_h]
-        for lane in range(min(WIDTH, run.raw.shape[1] - block)):
+        for lane in range(min(WIDTH, run.samples - block)):
             size, drift, taken = work[scale + lane], work[error + lane], correction[lane]
             if windows and length[lane] > 0.0:
                 size, turned = max(size, end[KINETIC * WIDTH + lane]), part[WORK * WIDTH + lane] if torque else 0.0
                 here = abs(end[ENERGY * WIDTH + lane] - work[counted + lane] - turned - work[first + lane])
                 drift = drift if here <= drift else here
-            run.out[ENERGY_ERROR, block + lane] = drift / size if drift != 0.0 else 0.0
-            run.out[ENERGY_CORRECTION, block + lane] = abs(taken) / size if taken != 0.0 else 0.0
+            # One quotient: of two LLVM may make products, and in the rest of a packed loop may not.
+            share = 1.0 / size
+            run.out[ENERGY_ERROR, block + lane] = drift * share if drift != 0.0 else 0.0
+            run.out[ENERGY_CORRECTION, block + lane] = abs(taken) * share if taken != 0.0 else 0.0
 
-    return Watcher(begin, look, scan if windows else no_scan, finish)
+    return Watcher(begin, look, scan if windows else None, finish)

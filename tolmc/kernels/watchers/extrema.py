@@ -51,10 +51,9 @@ def watch(system: System, between: Between) -> Watcher:
 
     @routine
     def begin(run, block, y, coef, work):
-        tops, sums = work[top_rows], work[integrals]
-        sums[:] = 0.0
-        tops[:] = -np.inf
-        last = run.raw.shape[1] - 1
+        work[integrals] = 0.0
+        work[top_rows] = -np.inf
+        last = run.samples - 1
         for lane in range(WIDTH):
             work[largest + lane], work[length_row + lane] = 0.0, run.raw[P.HALF_LENGTH, min(block + lane, last)]
 
@@ -216,8 +215,9 @@ def watch(system: System, between: Between) -> Watcher:
         for lane in range(WIDTH):
             for row in range(4):
                 sums[row * WIDTH + lane] += part[(SUM_D + row) * WIDTH + lane] if length[lane] > 0.0 else 0.0
-        for lane in range(min(WIDTH, run.raw.shape[1] - block)):
+        for lane in range(min(WIDTH, run.samples - block)):
             i, span = block + lane, ends[lane] * run.step_length
+            per_time = 1.0 / span
             for side in range(2):
                 highest, lowest = tops[2 * side * WIDTH + lane], -tops[(2 * side + 1) * WIDTH + lane]
                 # Where contact is lost the smallest force is the root itself, found to rounding.
@@ -225,7 +225,10 @@ def watch(system: System, between: Between) -> Watcher:
                     lowest = 0.0
                 mean, square = highest, highest * highest
                 if span > 0.0:
-                    mean, square = sums[2 * side * WIDTH + lane] / span, sums[(2 * side + 1) * WIDTH + lane] / span
+                    mean, square = (
+                        per_time * sums[2 * side * WIDTH + lane],
+                        per_time * sums[(2 * side + 1) * WIDTH + lane],
+                    )
                 run.out[D_MAX + 4 * side, i], run.out[D_MIN + 4 * side, i] = highest, lowest
                 run.out[D_MEAN + 4 * side, i], run.out[D_RMS + 4 * side, i] = mean, math.sqrt(max(square, 0.0))
             if rubs:

@@ -51,8 +51,7 @@ def watch(system: System) -> Watcher:
 
     @routine
     def begin(run, block, y, coef, work):
-        sums = work[sum_rows]
-        sums[:] = 0.0
+        work[sum_rows] = 0.0
         for lane in range(WIDTH):
             work[slow + lane], work[failed + lane] = 0.0, np.inf
 
@@ -99,7 +98,7 @@ def watch(system: System) -> Watcher:
                     sums[row * WIDTH + lane] += part[(SLIP_D + row) * WIDTH + lane]
                 share = slow_share(part[SLOW * WIDTH + lane], end[SLOW * WIDTH + lane])
                 work[slow + lane] += share * (length[lane] / run.step_length)
-        for lane in range(min(WIDTH, run.raw.shape[1] - block)):
+        for lane in range(min(WIDTH, run.samples - block)):
             i, span = block + lane, ends[lane] * run.step_length
             held, omega = run.raw[P.HELD, i], spin_rate(y, coef, lane, WIDTH)
             run.out[D_SLIP_WORK, i], run.out[E_SLIP_WORK, i] = sums[lane], sums[WIDTH + lane]

@@ -9,7 +9,7 @@ from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.results import CONSTRAINT_ERROR, MOMENTUM_ERROR
 from tolmc.kernels.seen import ERROR
 from tolmc.kernels.system import System
-from tolmc.kernels.watchers import Watcher, no_look, no_scan
+from tolmc.kernels.watchers import Watcher
 
 
 def constraints(system: System, windows: bool) -> Watcher:
@@ -40,13 +40,13 @@ def constraints(system: System, windows: bool) -> Watcher:
     @routine
     def finish(run, block, y, coef, work):
         part, length = work[part_seen], work[part_h]
-        for lane in range(min(WIDTH, run.raw.shape[1] - block)):
+        for lane in range(min(WIDTH, run.samples - block)):
             error = work[largest + lane]
             if windows and length[lane] > 0.0:
                 error = max(error, part[ERROR * WIDTH + lane])
             run.out[CONSTRAINT_ERROR, block + lane] = error
 
-    return Watcher(begin, no_look if windows else look, scan if windows else no_scan, finish)
+    return Watcher(begin, None if windows else look, scan if windows else None, finish)
 
 
 def angular_momentum(system: System) -> Watcher:
@@ -65,7 +65,7 @@ def angular_momentum(system: System) -> Watcher:
 
     @routine
     def finish(run, block, y, coef, work):
-        for lane in range(min(WIDTH, run.raw.shape[1] - block) if run.momentum else 0):
+        for lane in range(min(WIDTH, run.samples - block) if run.momentum else 0):
             about_z, turn, constant = momentum(y, coef, lane, WIDTH)
             change = abs(about_z - work[at_start + lane])
             scale = math.sqrt(2.0 * work[fastest + lane] * turn) + constant

@@ -19,7 +19,7 @@ def watch(system: System) -> Watcher:
     @routine
     def begin(run, block, y, coef, work):
         for lane in range(WIDTH):
-            work[length_row + lane] = run.raw[P.HALF_LENGTH, min(block + lane, run.raw.shape[1] - 1)]
+            work[length_row + lane] = run.raw[P.HALF_LENGTH, min(block + lane, run.samples - 1)]
 
     @routine
     def finish(run, block, y, coef, work):
@@ -31,7 +31,7 @@ def watch(system: System) -> Watcher:
             pose[lane], pose[WIDTH + lane] = x, z
             pose[2 * WIDTH + lane], pose[3 * WIDTH + lane], pose[4 * WIDTH + lane] = u / norm, v / norm, length / norm
         for row in range(5):
-            for lane in range(min(WIDTH, run.raw.shape[1] - block)):
+            for lane in range(min(WIDTH, run.samples - block)):
                 run.out[ORIGIN_X + row, block + lane] = pose[row * WIDTH + lane]
 
     return Watcher(begin=begin, finish=finish)

@@ -92,7 +92,7 @@ def watch(system: System) -> Watcher:
                 doubted = differentiate(window.seen[first * stride :], per_step, ends, begun, slopes, apart)
                 put(slopes, at(window.seen, row))
             else:
-                apart[:] = 1.0
+                work[apart_rows] = 1.0
             if doubted > 0:
                 see(window.states[row * state * WIDTH : (row + 1) * state * WIDTH], coef, work[full], own, work)
                 put_own(own, apart, at(window.seen, row))

@@ -139,7 +139,7 @@ def watch(system: System, between: Between) -> Watcher:
         for m in range(SUM_D * WIDTH, (SUM_D + 4) * WIDTH):
             seen[m] += other[m]
         see(start, coef, work[full], other, work)
-        for lane in range(min(WIDTH, run.raw.shape[1] - block)):
+        for lane in range(min(WIDTH, run.samples - block)):
             i, error, doubt = block + lane, 0.0, work[unsure + lane]
             largest = max(
                 max(abs(run.out[D_MAX, i]), abs(run.out[D_MIN, i])), max(abs(run.out[E_MAX, i]), abs(run.out[E_MIN, i]))
@@ -159,7 +159,8 @@ def watch(system: System, between: Between) -> Watcher:
                 # Where contact is lost a force is zero; it is not where the step there blows up.
                 doubt = max(doubt, abs(min(end[N_D * WIDTH + lane], end[N_E * WIDTH + lane])))
             run.out[AS_ROUGH, i] = work[in_all + lane] / work[roughest + lane] if work[roughest + lane] > 0.0 else 1.0
-            run.out[ROUGHEST, i] = error / largest if error != 0.0 else 0.0
-            run.out[DOUBT, i] = doubt / largest if doubt != 0.0 else 0.0
+            share = 1.0 / largest  # one quotient, as for the energy
+            run.out[ROUGHEST, i] = error * share if error != 0.0 else 0.0
+            run.out[DOUBT, i] = doubt * share if doubt != 0.0 else 0.0
 
     return Watcher(begin=begin, scan=scan, finish=finish)
