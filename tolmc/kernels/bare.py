@@ -1,8 +1,9 @@
 """Rows of numbers known by where they begin alone, in place of arrays.
 
 To compiled code an array is seven words, a reference count among them, and an index may count from its end: half of what was
-written of a kernel, and read again, was about these. What a piece is handed by its own kernel it needs the address of. Without
-compilation such rows are the array, or a view of it.
+written of a kernel, and read again, was about these. What a piece is handed by its own kernel it needs the address of. What one
+argument of a piece writes no other may hold (:mod:`tolmc.kernels.linking`). Without compilation such rows are the array, or a
+view of it.
 """
 
 from __future__ import annotations
