@@ -90,8 +90,8 @@ def test_outside_a_terminal_long_work_says_how_far_it_is(monkeypatch):
 
 
 @pytest.mark.parametrize("on_terminal", [True, False])
-@pytest.mark.parametrize(("module", "said"), [("tolmc.kernels.engine", "15 s"), ("elsewhere", None),
-                                              ("tolmc.kernels.one_sided.engine", "half a minute")])  # fmt: skip
+@pytest.mark.parametrize(("module", "said"), [("tolmc.kernels.engine", "10 s"), ("elsewhere", None),
+                                              ("tolmc.kernels.one_sided.engine", "20 s")])  # fmt: skip
 def test_compiling_is_said_where_the_cache_has_no_kernel(monkeypatch, on_terminal, module, said):
     shown = terminal(monkeypatch) if on_terminal else StringIO()
     monkeypatch.setattr(sys, "stderr", shown)

@@ -1,6 +1,6 @@
 """A kernel that a run needs after its first, compiled by another process meanwhile.
 
-A kernel takes 15 s to compile, on one core: the process that needs it later waits for the other, or finds it on disk
+A kernel takes 10 s to compile, on one core: the process that needs it later waits for the other, or finds it on disk
 (:mod:`tolmc.kernels.jit`).
 """
 

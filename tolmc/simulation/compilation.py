@@ -10,7 +10,7 @@ from numba.core import event
 
 # How long that takes at first; the one-sided kernels are the longest.
 _WORDS = "compiling kernels, once, about {}"
-_TIMES = {True: "half a minute", False: "15 s"}
+_TIMES = {True: "20 s", False: "10 s"}
 
 
 class _Listener(event.Listener):

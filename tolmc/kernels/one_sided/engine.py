@@ -15,7 +15,7 @@ from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided import samples as ways
 from tolmc.kernels.one_sided import stepper as steppers
 from tolmc.kernels.one_sided.equations import equations_of
-from tolmc.kernels.one_sided.rounds import rounds
+from tolmc.kernels.one_sided.rounds import all_rounds, rounds
 
 
 @jit.once
@@ -44,14 +44,16 @@ def build(*, exact: bool, general: bool, rubs: bool, swings: bool, rk4: bool) ->
         **dict(zip(("raw_rows", "given_rows", "start_rows", "ready_rows", "gap_rows"), way.rows, strict=True)),
     }  # fmt: skip
     places = {name: layout.block(count) for name, count in blocks.items()}
-    return jit.entry(
-        rounds, name_of(exact=exact, general=general, rubs=rubs, swings=swings, rk4=rk4),
+    name = name_of(exact=exact, general=general, rubs=rubs, swings=swings, rk4=rk4)
+    loop = jit.piece(
+        all_rounds, f"{name}_loop",
         step=stepper.step, look=stepper.look, screen=screen, decide=decide, take=take, approach=approach,
         strike=at_event.strike, settle=at_event.settle, jump=at_event.jump, rubs=equations.rubs,
         renew=renew, forecast=forecast.build(equations).forecast,
         fetch=way.fetch, load=way.load, begin=way.begin, state_of=way.state_of, store=store, note=way.note,
-        rows=layout.rows, **places,
+        **places,
     )  # fmt: skip
+    return jit.entry(rounds, name, loop=loop, rows=layout.rows)
 
 
 def name_of(**present: bool) -> str:

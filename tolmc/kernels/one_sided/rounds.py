@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tolmc.kernels.bare import bare
 from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.lanes import lanes as lanes_of
 from tolmc.kernels.one_sided import clock as clocks
@@ -17,6 +18,8 @@ from tolmc.kernels.one_sided import layout as at
 #: The step and the look; of a lane, of its events and of its samples.
 step = look = screen = decide = take = approach = strike = settle = jump = renew = forecast = None
 fetch = load = begin = state_of = store = note = None
+#: The loop that the entry calls.
+loop = None
 #: Whether :data:`strike` leaves impacts to :data:`jump`.
 rubs = None
 #: Rows of the buffer, and how many there are.
@@ -46,21 +49,26 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
         The motion of sample 0 step by step, both sides of every jump, and its events, unless they have no columns. What does
         not fit is counted only; a record is of one sample alone.
     """
-    n = raw.shape[1]
-    if n == 0:
+    if raw.shape[1] == 0:
         return
     work = lanes_of(rows)
     work[:] = 0.0
+    decision, calls = np.empty(WIDTH, np.int64), np.empty(WIDTH, np.int64)
+    limits = (float(steps), duration, float(most), accuracy)
+    loop(bare(raw), bare(given), raw.shape[1], limits, bare(out), counts, record, events, decision, calls, work)
+
+
+def all_rounds(raw, given, n, limits, out, counts, record, events, decision, calls, work):
+    """The loop of :func:`rounds`."""
+    work, (steps, duration, most, accuracy) = bare(work), limits
     y, end, argument, f0, f1 = work[y_rows], work[end_rows], work[argument_rows], work[f0_rows], work[f1_rows]
     k, coef, lanes = work[k_rows], work[coef_rows], work[lane_rows]
     seen0, seen1, samples = work[seen0_rows], work[seen1_rows], work[sample_rows]
     results = work[result_rows]
     waiting = work[raw_rows], work[given_rows], work[start_rows], work[ready_rows], work[gap_rows]
-    decision, calls = np.empty(WIDTH, np.int64), np.empty(WIDTH, np.int64)
-    limits = (float(steps), duration, float(most), accuracy)
     step_length, until = duration / steps, duration * (1.0 - clocks.ROUNDING)
     busy, queue = min(n, WIDTH), min(n, WIDTH)
-    fetch(raw, given, 0, waiting)
+    fetch(raw, given, n, 0, waiting)
     for lane in range(WIDTH):
         column = min(lane, n - 1)
         load(waiting, column, column, y, coef, lanes, f0, seen0, lane)
@@ -126,7 +134,7 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
                     continue
                 if queue < n:
                     if queue % WIDTH == 0:
-                        fetch(raw, given, queue, waiting)
+                        fetch(raw, given, n, queue, waiting)
                     load(waiting, queue % WIDTH, queue, y, coef, lanes, f0, seen0, lane)
                     queue += 1
                     decision[lane] = at.START

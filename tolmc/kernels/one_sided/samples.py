@@ -46,12 +46,11 @@ def build(equations: Equations, at_event: Jump) -> Samples:
         look_at(y, coef, f, seen, lane, WIDTH)
 
     @routine
-    def copy(source, first, count, out):
-        """Columns ``first`` on of the rows that there are in ``out``."""
-        for row in range(len(out) // WIDTH):
-            here = source[row, first : first + count]
+    def copy(source, rows, first, count, out):
+        """Columns ``first`` on of so many rows."""
+        for row in range(rows):
             for column in range(count):
-                out[row * WIDTH + column] = here[column]
+                out[row * WIDTH + column] = source[row, first + column]
 
     @routine
     def prepare_all(raw, given, coef):
@@ -69,12 +68,12 @@ def build(equations: Equations, at_event: Jump) -> Samples:
             gap[column] = min(gaps[0], gaps[1])
 
     @routine
-    def fetch(raw, given, first, waiting):
-        """Samples ``first`` on, as many as there are of a block, into the columns of those that wait."""
+    def fetch(raw, given, n, first, waiting):
+        """Samples ``first`` on of ``n``, as many as there are of a block, into the columns of those that wait."""
         raw_, given_, y, coef, gap = waiting
-        count = min(WIDTH, raw.shape[1] - first)
-        copy(raw, first, count, raw_)
-        copy(given, first, count, given_)
+        count = min(WIDTH, n - first)
+        copy(raw, raw_rows, first, count, raw_)
+        copy(given, given_rows, first, count, given_)
         prepare_all(raw_, given_, coef)
         start_all(given_, y, coef, gap)
 
