@@ -10,7 +10,7 @@ import stat
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache, wraps
 from pathlib import Path
@@ -252,6 +252,17 @@ def entry(template: Callable, name: str, **parts):
 def piece(template: Callable, name: str, **parts):
     """The same as a :data:`routine`."""
     return routine(_filled(template, name, parts))
+
+
+def chain(functions: Sequence[Callable], pair: Callable[[Callable, Callable], Callable]) -> Callable | None:
+    """One function that calls all of these in their order, ``pair(first, second)`` one that calls two; None without any.
+
+    By halves: what is inlined is copied at every level, of which there would else be as many as functions.
+    """
+    if len(functions) < 2:
+        return functions[0] if functions else None
+    half = len(functions) // 2
+    return pair(chain(functions[:half], pair), chain(functions[half:], pair))
 
 
 def _filled(template: Callable, name: str, parts: dict) -> FunctionType:

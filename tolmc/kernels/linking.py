@@ -18,8 +18,6 @@ from numba.core.codegen import JITCodeLibrary
 
 #: Eight numbers at a time where a processor can: of Intel's LLVM takes four, with which a motion takes a quarter longer.
 _WIDEST = '"prefer-vector-width"="512"'
-
-
 _NUMBERS, _COUNTED = DoubleType().as_pointer(), IntType(8).as_pointer()
 
 

@@ -7,10 +7,10 @@ more.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from types import ModuleType
 
-from tolmc.kernels.jit import device, inlined, routine
+from tolmc.kernels.jit import chain, device, inlined, routine
 from tolmc.kernels.lanes import WIDTH, Layout, no, yes
 from tolmc.kernels.steppers import Rows, Stepper, adder, closing, integrals, looker, loops, rater
 from tolmc.kernels.tableaux import Tableau, weighted_sum
@@ -22,7 +22,7 @@ def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, lay
     argument_rows, k_rows, sums = rows.argument, rows.k, rows.sums * WIDTH
     look, rate, integrate = looker(equations, load), rater(equations, load), integrals(tableau, equations, forces, rows)
     is_summed, sum_rows = forces or equations.TORQUE, slice(sums, k_rows.stop - k_rows.start)
-    stages = _in_order(_all_stages(tableau, equations, load, forces, sums))
+    stages = chain(_all_stages(tableau, equations, load, forces, sums), _pair)
 
     @routine
     def through_stages(y, end, coef, h, k, argument, seen, sums_up):
@@ -131,16 +131,10 @@ def _either(watched: Callable, alone: Callable) -> Callable:
     return either
 
 
-def _in_order(stages: Sequence[Callable]) -> Callable:
-    """One function that calls all stages."""
-    if len(stages) == 1:
-        return stages[0]
-    half = len(stages) // 2
-    first, second = _in_order(stages[:half]), _in_order(stages[half:])
-
+def _pair(first: Callable, second: Callable) -> Callable:
     @inlined
-    def in_order(y, k, argument, coef, h, sums_up):
+    def both(y, k, argument, coef, h, sums_up):
         first(y, k, argument, coef, h, sums_up)
         second(y, k, argument, coef, h, sums_up)
 
-    return in_order
+    return both

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tolmc.kernels.jit import inlined
+from tolmc.kernels.jit import chain, inlined
 
 
 @dataclass(frozen=True)
@@ -34,26 +34,13 @@ class Watcher:
 
 def together(watchers: Sequence[Watcher]) -> Watcher:
     """One watcher that does all of ``watchers``' work, in their order."""
-    begin, scan, finish = (
-        _in_order([one for watcher in watchers if (one := getattr(watcher, name))])
-        for name in ("begin", "scan", "finish")
-    )
-    return Watcher(begin, _looks([watcher.look for watcher in watchers if watcher.look]), scan, finish)
+    pairs = {"begin": _pair, "look": _pair_of_looks, "scan": _pair, "finish": _pair}
+    return Watcher(**{
+        name: chain([one for watcher in watchers if (one := getattr(watcher, name))], pair) for name, pair in pairs.items()
+    })  # fmt: skip
 
 
-def _in_order(functions: Sequence[Callable]) -> Callable:
-    if not functions:
-
-        @inlined
-        def nothing(run, block, at, coef, work):
-            pass
-
-        return nothing
-    if len(functions) == 1:
-        return functions[0]
-    half = len(functions) // 2
-    first, second = _in_order(functions[:half]), _in_order(functions[half:])
-
+def _pair(first: Callable, second: Callable) -> Callable:
     @inlined
     def both(run, block, at, coef, work):
         first(run, block, at, coef, work)
@@ -62,19 +49,7 @@ def _in_order(functions: Sequence[Callable]) -> Callable:
     return both
 
 
-def _looks(functions: Sequence[Callable]) -> Callable:
-    if not functions:
-
-        @inlined
-        def nothing(run, step, end, coef, seen, work):
-            pass
-
-        return nothing
-    if len(functions) == 1:
-        return functions[0]
-    half = len(functions) // 2
-    first, second = _looks(functions[:half]), _looks(functions[half:])
-
+def _pair_of_looks(first: Callable, second: Callable) -> Callable:
     @inlined
     def both(run, step, end, coef, seen, work):
         first(run, step, end, coef, seen, work)
