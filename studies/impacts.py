@@ -24,8 +24,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from study_tools import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, arguments, show
 
-from tolmc.kernels import results
-from tolmc.kernels.one_sided import engine, layout
+from tolmc.kernels import entries, results
+from tolmc.kernels.one_sided import layout
 from tolmc.mechanism.scene import Body, Joint, Loads, Motion, Scene
 from tolmc.quantities import END_OUTPUTS
 from tolmc.simulation import one_sided
@@ -170,7 +170,7 @@ def utilisation(quick: bool) -> pd.DataFrame:
         nothing = np.empty((layout.RECORD, 0)), np.empty((layout.EVENT, 0))
         given = one_sided.given(raw, plan)
         call = (raw, given, steps, scene.duration, 10**6, 1e-6, found, counts, *nothing)
-        kernel = engine.build(**one_sided.kind(plan.features, plan.method))
+        kernel = entries.one_sided(**one_sided.kind(plan.features, plan.method))
         kernel(*call)
         busy, all_rounds = found[layout.R_ROUNDS].sum(), counts[0] * layout.WIDTH
         seconds = best_time(lambda kernel=kernel, call=call: kernel(*call), 3)

@@ -15,7 +15,7 @@ from small_study import GEOMETRY, write
 
 import tolmc
 from tolmc import cli
-from tolmc.kernels import jit
+from tolmc.kernels import kept
 from tolmc.pictures import plots
 from tolmc.report.write import write_report
 from tolmc.runs import files
@@ -250,26 +250,26 @@ def test_an_unwritable_place_is_told_with_a_remedy(study, tmp_path):
 def test_places_of_the_cache_in_their_order(monkeypatch, tmp_path):
     monkeypatch.delenv("TOLMC_CACHE_DIR", raising=False)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "numba"))
-    assert jit.cache_directory().parent == tmp_path / "numba"
+    assert kept.cache_directory().parent == tmp_path / "numba"
     monkeypatch.setenv("TOLMC_CACHE_DIR", str(tmp_path / "ours"))
-    assert jit.cache_directory().parent == tmp_path / "ours"
+    assert kept.cache_directory().parent == tmp_path / "ours"
 
 
 def test_where_nothing_else_can_be_written_the_temporary_folder_is_used(monkeypatch, tmp_path):
     (tmp_path / "file").write_text("")
     for name in ("TOLMC_CACHE_DIR", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
         monkeypatch.setenv(name, str(tmp_path / "file" / "within"))
-    monkeypatch.setattr(jit, "_INSTALLED", set(jit._HERE.parts))
-    monkeypatch.setattr(jit.tempfile, "gettempdir", lambda: str(tmp_path))
-    found = jit.cache_directory()
+    monkeypatch.setattr(kept, "_INSTALLED", set(kept._HERE.parts))
+    monkeypatch.setattr(kept.tempfile, "gettempdir", lambda: str(tmp_path))
+    found = kept.cache_directory()
     assert found.parent.parent == tmp_path and found.parent.stat().st_mode & 0o077 == 0
     found.parent.chmod(0o777)  # anybody could put code there
-    assert jit.cache_directory() is None
+    assert kept.cache_directory() is None
 
 
 @pytest.mark.slow
 def test_without_any_place_kernels_are_compiled_and_not_kept(study):
-    script = "from tolmc.kernels import jit; jit._CACHE = None; f = jit.kernel(lambda x: x + 1.0); print(f(1.0))"
+    script = "from tolmc.kernels import jit, kept; kept.CACHE = None; f = jit.kernel(lambda x: x + 1.0); print(f(1.0))"
     result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT)
     assert (result.stdout, result.stderr) == ("2.0\n", "")
 

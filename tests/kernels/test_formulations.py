@@ -19,10 +19,10 @@ from tolmc import Joint, Loads
 from tolmc.kernels import engine, jit
 from tolmc.kernels import results as R
 from tolmc.kernels.formulations import FORMULATIONS
-from tolmc.kernels.lanes import WIDTH, lanes
+from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.one_sided import hand_over, layout, start
 from tolmc.kernels.seen import RATE_D, RATE_E, RATE_W2
-from tolmc.kernels.tableaux import RK8
+from tolmc.kernels.tableaux import METHODS, RK8
 from tolmc.simulation.features import features_of
 from tolmc.simulation.packing import pack
 
@@ -96,8 +96,8 @@ def test_a_state_has_the_motion_that_it_starts_with(name):
     states, coef = np.empty((2, equations.STATE)), np.empty(equations.COEFFICIENTS * WIDTH)
     engine.build_trace(name, "rk8", load=True)(raw, 1, 1e-3, False, states, coef)
     found, given = np.zeros((2, layout.GIVEN, 1))
-    hand_over.build(name)(raw, states[:1].T, found)
-    start.from_angles(raw, given, scene.joint.section == "exact")
+    hand_over.build(name)(raw, np.ascontiguousarray(states[:1].T), found)
+    start.build_from_angles()(raw, given, scene.joint.section == "exact")
     pose, rates = slice(layout.START_X, layout.START_V + 1), slice(layout.START_X_RATE, layout.START_V_RATE + 1)
     if name == "slope_axial":  # it knows no turn about Z
         for rows in (found, given):
@@ -133,7 +133,7 @@ def test_order(name, method, order, allowed):
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=allowed)
 
 
-@every_kernel(*((method, True) for method in engine.METHODS))
+@every_kernel(*((method, True) for method in METHODS))
 def test_energy_and_drift(name, method, forces):
     """The balance of energy within the method's error, over three times as long no more than ten times that; none projected."""
     raw, _ = pack(SCENES[name].scalars, 1)
@@ -199,12 +199,12 @@ def test_a_look_sees_the_rates_of_the_motion(name):
     engine.build_observe(name, load=True)(states, coef, values)
 
     @nb.njit(**jit._OPTIONS)
-    def look(y, coef, h, seen):
-        see(y, coef, h, seen, lanes(rows))
+    def look(y, coef, h, seen, work):
+        see(y, coef, h, seen, work)
 
     at, found = range(2, steps - 1), np.empty((system.seen, WIDTH))
     for n in at:
-        look(np.repeat(states[n], WIDTH), coef, np.full(WIDTH, h), found.reshape(-1))
+        look(np.repeat(states[n], WIDTH), coef, np.full(WIDTH, h), found.reshape(-1), np.empty(rows * WIDTH))
         near = values[[4, 5, 10], n - 2 : n + 3]
         expected = (8 * (near[:, 3] - near[:, 1]) - (near[:, 4] - near[:, 0])) / 12
         size = np.abs(values[[4, 5, 10]]).max(axis=1) * h / scene.duration

@@ -1,5 +1,7 @@
 """The compiled code itself: packed instructions, a cache that is never stale, and the Runge-Kutta formulas."""
 
+from __future__ import annotations
+
 import math
 import operator
 import os
@@ -10,6 +12,7 @@ import subprocess
 import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -23,7 +26,8 @@ from scipy.integrate._ivp import dop853_coefficients as dop853
 from small_study import write
 
 import tolmc.kernels
-from tolmc.kernels import engine, jit, tableaux
+from tolmc.kernels import code, engine, jit, kept, sums
+from tolmc.kernels.bare import Counts, Rows, Table
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE, RK8, TABLEAUX
 
@@ -85,27 +89,27 @@ def test_the_loops_over_lanes_are_packed(formulation, method, load, forces):
 def test_the_cache_moves_when_any_kernel_source_changes(tmp_path):
     copy = tmp_path / "kernels"
     shutil.copytree(SOURCES, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    before = jit.source_hash(copy)
-    assert before == jit.source_hash(SOURCES)
-    assert jit.cache_directory().name == f"numba-{before}"
+    before = kept.source_hash(copy)
+    assert before == kept.source_hash(SOURCES)
+    assert kept.cache_directory().name == f"numba-{before}"
     seen = {before}
     files = sorted(copy.rglob("*.py"))
     assert {"jit.py", "parameters.py", "tableaux.py", "slope_axial.py"} <= {file.name for file in files}
     for file in files:
         source = file.read_text()
         file.write_text(source + "# changed\n")
-        seen.add(jit.source_hash(copy))
+        seen.add(kept.source_hash(copy))
         file.write_text(source)
-        assert jit.source_hash(copy) == before
+        assert kept.source_hash(copy) == before
     for new in (copy / "new.py", copy / "formulations" / "new.py"):
         new.write_text("")
-        seen.add(jit.source_hash(copy))
+        seen.add(kept.source_hash(copy))
     assert len(seen) == len(files) + 3
 
 
 def test_the_place_of_the_cache_can_be_chosen(monkeypatch, tmp_path):
     monkeypatch.setenv("TOLMC_CACHE_DIR", str(tmp_path))
-    assert jit.cache_directory() == tmp_path / f"numba-{jit.source_hash()}"
+    assert kept.cache_directory() == tmp_path / f"numba-{kept.source_hash()}"
 
 
 def test_nothing_is_kept_beside_installed_sources(monkeypatch, tmp_path):
@@ -114,54 +118,76 @@ def test_nothing_is_kept_beside_installed_sources(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     installed = tmp_path / "lib" / "site-packages" / "tolmc" / "kernels"
     shutil.copytree(SOURCES, installed, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(jit, "_HERE", installed)
-    assert jit.cache_directory().parent == tmp_path / "cache" / "tolmc"
+    monkeypatch.setattr(kept, "_HERE", installed)
+    assert kept.cache_directory().parent == tmp_path / "cache" / "tolmc"
+
+
+def toy(folder):
+    """A package with tolmc's own modules that keep what is compiled, and sources of its own."""
+    package = folder / "toy"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    for name in ("jit", "code", "kept"):
+        source = (SOURCES / f"{name}.py").read_text()
+        others = "from tolmc.kernels import bare, compilation\nfrom toy import"
+        source = source.replace("from tolmc.kernels import bare, code, compilation, kept", f"{others} code, kept")
+        source = source.replace("from tolmc.kernels import kept", "from toy import kept")
+        (package / f"{name}.py").write_text(source.replace("tolmc.kernels.code", "toy.code"))
+    return package
 
 
 @compiled_only
 @pytest.mark.slow
 def test_an_edit_of_a_helper_reaches_its_callers(tmp_path):
-    """A package with a helper in one file and an entry point in another, compiled, cached, edited, run again."""
-    package = tmp_path / "toy"
-    package.mkdir()
-    shutil.copy(SOURCES / "jit.py", package / "jit.py")
-    (package / "__init__.py").touch()
+    """A package with a helper in one file and an entry point in another, compiled, kept, edited, run again."""
+    package = toy(tmp_path)
     (package / "entry.py").write_text(
-        "from toy.helper import helper\nfrom toy.jit import kernel\n\n\n@kernel\ndef entry(x):\n    return helper(x)\n"
+        "from __future__ import annotations\n"
+        "import numpy as np\nfrom toy import jit\nfrom toy.helper import helper\n\n\n"
+        "def template(x: Rows):\n    x[0] = helper(x[0])\n\n\n"
+        "entry = jit.entry(template, 'entry')\n"
     )
 
     def result(factor):
         (package / "helper.py").write_text(
             f"from toy.jit import device\n\n\n@device\ndef helper(x):\n    return {factor} * x\n"
         )
-        program = "from toy.entry import entry; print(entry(1.0), sum(entry.stats.cache_hits.values()))"
+        program = (
+            "import numpy as np; from toy import code; is_there = code.is_kept('entry'); from toy.entry import entry;"
+            "x = np.ones(1); entry(x); print(x[0], is_there)"
+        )
         # -B: two edits within a second look alike to Python's own cache.
-        command = [sys.executable, "-B", "-c", program]
-        return subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout.split()
+        command, environment = [sys.executable, "-B", "-c", program], {**os.environ, "TOLMC_CACHE_DIR": str(tmp_path)}
+        run = subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
+        return run.stdout.split()
 
-    assert result(2.0) == ["2.0", "0"]
-    assert result(2.0) == ["2.0", "1"]
-    assert result(3.0) == ["3.0", "0"]
+    assert result(2.0) == ["2.0", "False"]
+    assert result(2.0) == ["2.0", "True"]
+    assert result(3.0) == ["3.0", "False"]
 
 
 _TOGETHER = """
 import sys, time
 from pathlib import Path
 import numpy as np
-from toy.jit import kernel
+from numba.core import event
+from toy import jit
 
-@kernel
-def norms(x):
-    total = x
-    for i in range(10):
-        total += np.linalg.norm(np.full((3, 3), total * i)) + np.sort(np.full(4, total)).sum()
-    return total
+@jit.routine
+def swap(x, n):
+    for i in range(n):
+        x[i] = x[n - i] + 1.0
 
+def template(x: "Rows"):
+    swap(x, 1)
+
+entry = jit.entry(template, "entry")
 Path(sys.argv[1]).touch()
 while not all(Path(name).exists() for name in "ab"):
     time.sleep(0.001)
-norms(1.0)
-print(sum(norms.stats.cache_hits.values()))
+with event.install_recorder("numba:compile") as compiled:
+    entry(np.ones(8))
+print(len(compiled.buffer) > 0)
 """
 
 
@@ -169,21 +195,142 @@ print(sum(norms.stats.cache_hits.values()))
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX locks files")
 def test_of_two_processes_that_need_a_kernel_at_once_one_compiles_it(tmp_path):
-    (tmp_path / "toy").mkdir()
-    shutil.copy(SOURCES / "jit.py", tmp_path / "toy" / "jit.py")
+    toy(tmp_path)
     (tmp_path / "program.py").write_text(_TOGETHER)
     environment = {**os.environ, "TOLMC_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(SOURCES.parents[1])}
     processes = [
         subprocess.Popen([sys.executable, "program.py", name], cwd=tmp_path, env=environment, stdout=subprocess.PIPE)
         for name in "ab"
     ]
-    assert sorted(process.communicate()[0] for process in processes) == [b"0\n", b"1\n"]
+    assert sorted(process.communicate()[0] for process in processes) == [b"False\n", b"True\n"]
+
+
+@jit.routine
+def _double(rows, count):
+    for m in range(count):
+        rows[m] *= 2.0
+
+
+def _doubled(rows: Rows, table: Table, whole: Counts, count: int, factor: float, is_set: bool, space: Rows):
+    """An entry with an argument of each kind."""
+    _double(rows, count)
+    for m in range(whole[0] if is_set else 0):
+        space[m] = factor * table[1, m]
+        table[1, m] = space[m] + table.shape[0]
+    whole[0] += 1
+
+
+def doubled(entry):
+    rows, table, whole = np.arange(6.0), np.arange(6.0).reshape(2, 3), np.array([2])
+    entry(rows, table, whole, 3, 10, True)
+    np.testing.assert_array_equal(rows, [0.0, 2.0, 4.0, 3.0, 4.0, 5.0])
+    np.testing.assert_array_equal(table, [[0.0, 1.0, 2.0], [32.0, 42.0, 5.0]])
+    assert whole == [3]
+
+
+def test_an_entry_takes_numbers_and_arrays(monkeypatch, tmp_path):
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
+    doubled(jit.entry(_doubled, "doubled", buffers=[6]))
+
+
+@compiled_only
+def test_an_entry_found_on_disk_is_the_one_that_was_compiled(monkeypatch, tmp_path):
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
+    assert not code.is_kept("doubled") and code.kept_entry("doubled") is None
+    made = jit.entry(_doubled, "doubled", buffers=[6], sizes={"rows": 6})
+    doubled(made)
+    found = code.kept_entry("doubled")
+    assert code.is_kept("doubled") and found.head.sizes == {"rows": 6}
+    doubled(found)
+    monkeypatch.setattr(jit.Entry, "_compiled", None)
+    doubled(jit.entry(_doubled, "doubled", buffers=[6]))
+    assert not list(tmp_path.glob("*.new"))
+
+
+@compiled_only
+@pytest.mark.parametrize("damage", ["cut", "changed", "emptied", "of another form"])
+def test_a_file_that_is_not_what_was_written_is_compiled_anew(monkeypatch, tmp_path, damage):
+    """Its code would be run as it is."""
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
+    doubled(jit.entry(_doubled, "doubled", buffers=[6]))
+    (file,) = tmp_path.glob("*.code")
+    whole = file.read_bytes()
+    head, machine_code = whole.split(b"\n", 1)
+    file.write_bytes({
+        "cut": whole[:-100], "changed": whole[:-100] + bytes(100), "emptied": b"",
+        "of another form": head.replace(b"symbol", b"name") + b"\n" + machine_code,
+    }[damage])  # fmt: skip
+    assert code.read("doubled") is None
+    doubled(jit.entry(_doubled, "doubled", buffers=[6]))
+    assert code.read("doubled") is not None
+
+
+@compiled_only
+def test_an_entry_whose_libraries_are_not_there_is_left_to_numba(monkeypatch, tmp_path):
+    """Which may bring them: it has vectors of sines where Intel's library is installed."""
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
+    entry = jit.entry(_doubled, "doubled", buffers=[6])
+    doubled(entry)
+    head, machine_code = code.read("doubled")
+    code.keep("doubled", replace(head, needs=["sin", "no_such_function"]), machine_code)
+    assert code.kept_entry("doubled") is None
+    code.keep("doubled", replace(head, needs=["sin"]), machine_code)
+    doubled(code.kept_entry("doubled"))
+
+
+@compiled_only
+@pytest.mark.parametrize(
+    "wrong", [np.arange(6), np.arange(12.0)[::2], np.zeros((2, 3)), np.arange(6.0, dtype=np.float32)]
+)
+def test_an_entry_refuses_an_array_of_another_kind(monkeypatch, wrong):
+    """It would be read as what it is not."""
+    monkeypatch.setattr(kept, "CACHE", None)
+    entry = jit.entry(_doubled, "doubled", buffers=[6])
+    with pytest.raises(TypeError, match="an entry takes a contiguous array of 1 dimension"):
+        entry(wrong, np.zeros((2, 3)), np.array([2]), 3, 10.0, True)
+
+
+@compiled_only
+def test_what_others_write_wrongly_is_said_as_ever(monkeypatch):
+    """Numba's own table of functions is not the one that remembers."""
+    monkeypatch.setattr(kept, "CACHE", None)
+    doubled(jit.entry(_doubled, "doubled", buffers=[6]))
+
+    @nb.njit
+    def wrong(numbers):
+        return numbers * "text"
+
+    with pytest.raises(nb.TypingError):
+        wrong(np.arange(6))
+
+
+def test_a_disk_that_takes_nothing_costs_a_compilation_alone(monkeypatch, tmp_path):
+    monkeypatch.setattr(kept, "CACHE", tmp_path / "gone")
+    doubled(jit.entry(_doubled, "doubled", buffers=[6]))
+
+
+_FROM_DISK = """
+import sys
+import tolmc
+study = tolmc.load_study(sys.argv[1])
+tolmc.simulate_many(study.scene, bearing_radius=[0.02], journal_radius=[0.01], half_length=[0.02])
+tolmc.simulate(study.scene)
+print("numba" in sys.modules)
+"""
+
+
+@compiled_only
+def test_where_its_kernels_are_on_disk_a_run_does_without_numba(tmp_path):
+    """Which takes half a second to load, as long as a small run computes."""
+    command = [sys.executable, "-c", _FROM_DISK, str(write(tmp_path))]
+    _, second = (subprocess.run(command, check=True, capture_output=True, text=True).stdout for _ in "ab")
+    assert second == "False\n"
 
 
 @compiled_only
 def test_a_kernel_shows_its_entry_alone(monkeypatch, tmp_path):
     """Two kernels that were loaded would otherwise share the pieces of the one that was loaded first."""
-    monkeypatch.setattr(jit, "_CACHE", tmp_path)
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
 
     @jit.device
     def square(x):
@@ -212,7 +359,7 @@ def test_a_kernel_shows_its_entry_alone(monkeypatch, tmp_path):
 @compiled_only
 def test_a_function_has_pieces_of_its_own_beside_a_kernel(monkeypatch, tmp_path):
     """In a kernel a piece is handed less than all words of an array; others must not meet it there."""
-    monkeypatch.setattr(jit, "_CACHE", tmp_path)
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
 
     @jit.routine
     def double(x, y):
@@ -238,7 +385,7 @@ def test_a_function_has_pieces_of_its_own_beside_a_kernel(monkeypatch, tmp_path)
 @pytest.mark.skipif(not llvm.get_host_cpu_features().get("avx512f"), reason="looks for vectors of eight numbers")
 def test_loops_are_as_wide_as_the_processor(monkeypatch, tmp_path):
     """LLVM itself takes vectors of four on Intel's processors: a motion with its statistics took a quarter longer."""
-    monkeypatch.setattr(jit, "_CACHE", tmp_path)
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
 
     @jit.routine
     def add_squares(x, y):
@@ -257,7 +404,7 @@ def test_loops_are_as_wide_as_the_processor(monkeypatch, tmp_path):
 @compiled_only
 def test_what_numba_makes_of_given_types_it_is_asked_once(monkeypatch, tmp_path):
     """A kernel has thousands of products and of elements of arrays; with a question for each it takes half as long again."""
-    monkeypatch.setattr(jit, "_CACHE", tmp_path)
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
     asked = Counter()
     answer = nb.types.Function.get_call_type
 
@@ -276,7 +423,7 @@ def test_what_numba_makes_of_given_types_it_is_asked_once(monkeypatch, tmp_path)
 
 @compiled_only
 def test_kernels_are_compiled_when_an_operator_has_learned_something(monkeypatch):
-    monkeypatch.setattr(jit, "_CACHE", None)  # before it looks on disk Numba learns all by itself
+    monkeypatch.setattr(kept, "CACHE", None)  # before it looks on disk Numba learns all by itself
     assert jit.kernel(lambda x: x + x)(np.float32(2.0)) == 4.0
 
     @overload(operator.add)
@@ -289,14 +436,12 @@ def test_kernels_are_compiled_when_an_operator_has_learned_something(monkeypatch
 _NUMBERS = """
 import hashlib, sys
 import tolmc
-from tolmc.kernels import engine
 from tolmc.tolerances.draw import sample
 study = tolmc.load_study(sys.argv[1])
 samples = sample(study.tolerances, 3000, sampling="sobol", seed=7)
 found = tolmc.simulate_many(study.scene, **samples, step=study.scene.duration / 6).drop(columns="status")
 print(hashlib.sha256(found.to_numpy().tobytes()).hexdigest())
-kernel = engine.build("slope_symmetric", "rk8", load=True, forces=True)
-print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))
+print("numba" in sys.modules)
 """
 
 
@@ -311,8 +456,7 @@ def test_a_kernel_found_on_disk_gives_the_numbers_of_the_one_that_was_compiled(t
         subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout.split()
         for _ in "ab"
     )
-    assert compiled[1:] == ["0", "1"]
-    assert found[1:] == ["1", "0"]
+    assert (compiled[1], found[1]) == ("True", "False")
     assert compiled[0] == found[0]
 
 
@@ -336,7 +480,7 @@ def test_a_kernel_found_on_disk_is_called_by_one_that_is_compiled(tmp_path):
 @compiled_only
 def test_kernels_made_in_several_threads_have_their_place_each(monkeypatch, tmp_path):
     """Threads that change Numba's setting side by side would leave each other the place that one of them has put back."""
-    monkeypatch.setattr(jit, "_CACHE", tmp_path)
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
     usual = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     try:
@@ -349,7 +493,7 @@ def test_kernels_made_in_several_threads_have_their_place_each(monkeypatch, tmp_
 
 
 def test_numbas_own_setting_is_left_alone():
-    assert str(jit.cache_directory()) != nb.config.CACHE_DIR
+    assert str(kept.cache_directory()) != nb.config.CACHE_DIR
 
 
 # Runge-Kutta formulas
@@ -431,5 +575,5 @@ def test_sums_are_rows_of_the_tableau():
     rng = np.random.default_rng(1)
     y, k = rng.normal(size=size), rng.normal(size=(RK8.stages, size))
     for terms, row in zip([*RK8.rows, RK8.weights], [*RK8.matrix, RK8.b], strict=True):
-        at = called(tableaux.weighted_sum(terms))
+        at = called(sums.weighted_sum(terms))
         assert at(y, k.ravel(), size, m) == pytest.approx(y[m] + row @ k[:, m], rel=1e-13, abs=1e-13)

@@ -29,7 +29,7 @@ def columns(case):
     raw[P.LOAD_ENERGY] = case["mass"] * 9.81 * raw[P.RADIUS]
     for name, value in case["motion"].items():
         raw[getattr(P, name.upper())] = value
-    start.from_angles(raw, given, case["section"] == "exact")
+    start.build_from_angles()(raw, given, case["section"] == "exact")
     given[at.RESTITUTION], given[at.FRICTION], given[at.SLIP_SPEED] = (
         case["restitution"], case["friction"], case["slip_speed"],
     )  # fmt: skip

@@ -10,7 +10,7 @@ from dataclasses import asdict, replace
 
 import pytest
 
-from tolmc.kernels import engine, jit
+from tolmc.kernels import code, engine, names
 from tolmc.kernels.one_sided import engine as one_sided_engine
 from tolmc.simulation import ahead
 from tolmc.simulation.features import Features
@@ -21,12 +21,12 @@ TOLD = json.dumps([asdict(FEATURES), "rk8", True])
 
 @pytest.fixture
 def missing(monkeypatch):
-    monkeypatch.setattr(jit, "is_kept", lambda name: False)
+    monkeypatch.setattr(code, "is_kept", lambda name: False)
 
 
 def test_no_process_is_begun_for_a_kernel_that_is_there(monkeypatch):
     asked = []
-    monkeypatch.setattr(jit, "is_kept", lambda name: asked.append(name) or True)
+    monkeypatch.setattr(code, "is_kept", lambda name: asked.append(name) or True)
     monkeypatch.setattr(subprocess, "Popen", None)
     with ahead.compiled_ahead(FEATURES, "rk8", True):
         pass
@@ -35,7 +35,7 @@ def test_no_process_is_begun_for_a_kernel_that_is_there(monkeypatch):
 
 def test_of_a_wall_that_only_pushes_it_is_the_one_sided_kernel(monkeypatch):
     asked = []
-    monkeypatch.setattr(jit, "is_kept", lambda name: asked.append(name) or True)
+    monkeypatch.setattr(code, "is_kept", lambda name: asked.append(name) or True)
     with ahead.compiled_ahead(replace(FEATURES, one_sided=True), "rk8", True):
         pass
     kinds = dict.fromkeys(("exact", "general", "rubs", "swings", "rk4"), False)
@@ -61,7 +61,7 @@ def test_the_process_is_told_what_to_compile_and_ends_with_the_context(monkeypat
 def test_the_process_compiles_the_kernel(tmp_path):
     """Which is done at once for one that the tests have compiled."""
     subprocess.run([sys.executable, "-m", "tolmc.simulation.ahead", TOLD], check=True, cwd=tmp_path, timeout=300)
-    assert jit.is_kept(engine.name_of("slope_symmetric", "rk8", load=True, forces=True))
+    assert code.is_kept(names.integrate("slope_symmetric", "rk8", load=True, forces=True))
 
 
 @pytest.mark.slow

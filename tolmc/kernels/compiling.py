@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from numba.core import types
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.cpu import CPUContext
@@ -179,31 +180,34 @@ class PieceCompiler(_Compiler):
 
     _in_vain = _IN_VAIN_FOR_PIECES
 
+    def _library(self) -> JITCodeLibrary:
+        piece = Piece(self.state.targetctx.codegen(), "piece")
+        piece.is_inlined = self.state.flags.forceinline
+        return piece
+
     def define_pipelines(self) -> list[PassManager]:
         state = self.state
         state.targetctx = state.targetctx.subtarget(get_executable=by_compiled_code_alone)
-        state.library = Piece(state.targetctx.codegen(), "piece")
-        state.library.is_inlined = state.flags.forceinline
+        state.library = self._library()
         pipelines = super().define_pipelines()
         for pipeline in pipelines:
             pipeline.passes = [(_SHORTER.get(one, one), name) for one, name in pipeline.passes]
         return pipelines
 
 
+class EntryCompiler(PieceCompiler):
+    """Compiler of kernels that Python calls by their address."""
+
+    def _library(self) -> JITCodeLibrary:
+        return Entry(self.state.targetctx.codegen(), "entry")
+
+
 class KernelCompiler(_Compiler):
-    """Compiler of kernels, which may have whole arrays in their expressions."""
+    """Compiler of kernels for whoever calls them, which may have whole arrays in their expressions."""
 
     _in_vain: ClassVar[set[str]] = set()
-    _library: ClassVar[type[Kernel]] = Kernel
 
     def define_pipelines(self) -> list[PassManager]:
-        self.state.library = self._library(self.state.targetctx.codegen(), "kernel")
+        self.state.library = Kernel(self.state.targetctx.codegen(), "kernel")
         self.state.library.enable_object_caching()
         return super().define_pipelines()
-
-
-class EntryCompiler(KernelCompiler):
-    """Compiler of kernels that Python alone calls: found on disk and called from other code they end the process."""
-
-    _in_vain = _IN_VAIN
-    _library = Entry

@@ -11,11 +11,13 @@ from typing import cast
 
 import numpy as np
 
-from tolmc.kernels import jit, loops, tableaux
+from tolmc.kernels import jit, loops, names, tableaux
 from tolmc.kernels.formulations import FORMULATIONS
-from tolmc.kernels.lanes import Layout, observer
+from tolmc.kernels.lanes import WIDTH, Layout
+from tolmc.kernels.once import once
+from tolmc.kernels.seen import ROWS
 from tolmc.kernels.steppers import Stepper, stages
-from tolmc.kernels.system import System
+from tolmc.kernels.system import System, observer
 from tolmc.kernels.watchers import (
     Watcher,
     contact_loss,
@@ -30,20 +32,16 @@ from tolmc.kernels.watchers import (
 )
 from tolmc.kernels.watchers.between import between
 
-METHODS = {"rk8": tableaux.RK8, "rk4": tableaux.CLASSICAL}
-#: The formula that the published forms step by, in place of a method: for their pilot.
-PUBLISHED = "published rk8"
 
-
-@jit.once
+@once
 def stepper_of(formulation: str, method: str, load: bool, forces: bool) -> tuple[Stepper, Layout]:
     """A stepper and the layout of its rows: one for all kernels, which so share its compilation."""
     equations, layout = FORMULATIONS[formulation], Layout()
-    tableau = tableaux.DORMAND_PRINCE if method == PUBLISHED else METHODS[method]
+    tableau = tableaux.DORMAND_PRINCE if method == tableaux.PUBLISHED else tableaux.METHODS[method]
     return stages.build(tableau, equations, _plain(load), forces, layout), layout
 
 
-@jit.once
+@once
 def build(formulation: str, method: str, *, load: bool, forces: bool) -> Callable:
     """Entry ``integrate(raw, steps, duration, on_loss, project_energy, momentum, out)``.
 
@@ -53,49 +51,51 @@ def build(formulation: str, method: str, *, load: bool, forces: bool) -> Callabl
     Parameters
     ----------
     formulation : name in :data:`FORMULATIONS`
-    method : name in :data:`METHODS`, or :data:`PUBLISHED`
+    method : name in :data:`tolmc.kernels.tableaux.METHODS`, or :data:`tolmc.kernels.tableaux.PUBLISHED`
     load : whether there is any load
     forces : whether contact forces, largest tilt and loss of contact are wanted
     """
     system = _system(formulation, method, load, forces)
-    watcher, name = together(_watchers(system, forces)), name_of(formulation, method, load=load, forces=forces)
+    watcher, name = together(_watchers(system, forces)), names.integrate(formulation, method, load=load, forces=forces)
     entry, loop = (loops.watch, loops.watch_blocks) if forces else (loops.integrate, loops.integrate_blocks)
     parts = _parts(system)
     watching = {"begin": watcher.begin, "look": watcher.look, "scan": watcher.scan, "finish": watcher.finish}
     blocks = jit.piece(loop, f"{name}_blocks", **watching, **parts)
-    return jit.entry(entry, name, blocks=blocks, **parts)
+    window = [ROWS * system.equations.STATE, ROWS * system.seen] if forces else []
+    return jit.entry(entry, name, buffers=_numbers(system.layout.rows, *window), blocks=blocks)
 
 
-@jit.once
+@once
 def build_trace(formulation: str, method: str, *, load: bool) -> Callable:
     """Entry ``trace(raw, steps, duration, on_energy, states, coef)``: the states at the ends of all steps.
 
     ``states`` (steps + 1, STATE) of the motion of column 0 of ``raw``, ``coef`` its coefficients; with ``on_energy`` every step
     is projected on the energy. The step is the one that the statistics take: a trajectory is bitwise what a sample with
-    contact forces is.
+    contact forces is. Its head's sizes say how much ``states`` and ``coef`` hold: "state" and "coefficients".
     """
     system = _system(formulation, method, load, forces=True)
     target_rows, correction_rows = system.layout.block(1), system.layout.block(1)
-    name = _name("trace", formulation, method, load=load)
+    name, equations = names.trace(formulation, method, load=load), system.equations
     block = jit.piece(
-        loops.trace_block, f"{name}_block", project_energy=energy.projection(system.equations, system.load),
+        loops.trace_block, f"{name}_block", project_energy=energy.projection(equations, system.load),
         target_rows=target_rows, correction_rows=correction_rows, **_parts(system),
     )  # fmt: skip
-    return jit.entry(loops.trace, name, blocks=block, rows=system.layout.rows)
+    sizes = {"state": equations.STATE, "coefficients": equations.COEFFICIENTS * WIDTH}
+    return jit.entry(loops.trace, name, buffers=_numbers(system.layout.rows), sizes=sizes, blocks=block)
 
 
-@jit.once
+@once
 def build_observe(formulation: str, *, load: bool) -> Callable:
     """Entry ``observe(states, coef, out)``: what the formulation observes in every row of ``states``, into ``out`` (11, rows).
 
     ``coef`` is what the trace has prepared.
     """
     equations = FORMULATIONS[formulation]
-    name = _name("observe", formulation, load=load)
+    name = names.observe(formulation, load=load)
     rows = jit.piece(
         loops.observe_rows, f"{name}_rows", observe_lane=observer(equations, _plain(load)), state=equations.STATE
     )
-    return jit.entry(loops.observe, name, blocks=rows, state=equations.STATE)
+    return jit.entry(loops.observe, name, buffers=_numbers(equations.STATE), blocks=rows)
 
 
 def _system(formulation: str, method: str, load: bool, forces: bool) -> System:
@@ -127,18 +127,13 @@ def _parts(system: System) -> dict[str, object]:
         "prepare": equations.prepare, "start": equations.start, "observe_lane": system.observe,
         "state": equations.STATE, "torque": equations.TORQUE,
         "step_once": system.stepper.step, "see": system.stepper.see, "seen_rows": seen_rows,
-        "what": system.seen, "at": system.at, "rows": system.layout.rows,
+        "what": system.seen, "at": system.at,
         "y_rows": system.y, "end_rows": system.end, "coef_rows": system.coef, "h_rows": system.h,
         "until": system.until, "bad_step": system.bad_step, "end_state": system.end_state, "end_seen": system.end_seen,
         "part_h": system.part_h,
     }  # fmt: skip
 
 
-def name_of(formulation: str, method: str, *, load: bool, forces: bool) -> str:
-    """Name of :func:`build`'s entry, by which it is kept on disk."""
-    return _name("integrate", formulation, method, load=load, forces=forces)
-
-
-def _name(*words: str, **present: bool) -> str:
-    """Name of an entry: one for each choice of its parts."""
-    return "_".join((*words, *(word for word, is_present in present.items() if is_present))).replace(" ", "_")
+def _numbers(*rows: int) -> list[int]:
+    """How many numbers stand in each of these rows' buffers."""
+    return [count * WIDTH for count in rows]

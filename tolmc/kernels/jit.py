@@ -3,94 +3,29 @@
 from __future__ import annotations
 
 import gc
-import hashlib
-import os
 import platform
-import stat
-import sys
-import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from functools import cache, wraps
-from pathlib import Path
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
 from types import FunctionType
 
 import numba as nb
+import numpy as np
 from llvmlite.binding import get_host_cpu_features
 from numba.core import event
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
 
+from tolmc.kernels import bare, code, compilation, kept
+from tolmc.kernels.code import Head
+from tolmc.kernels.compilation import compiling
 from tolmc.kernels.compiling import EntryCompiler, KernelCompiler, PieceCompiler
 
 # Never nnan or ninf: a diverged lane must stay recognisable as NaN.
 _STRICT = {"nogil": True, "error_model": "numpy"}
 _OPTIONS = {**_STRICT, "fastmath": {"contract", "nsz", "arcp"}}
-
-_HERE = Path(__file__).parent
-_INSTALLED = {"site-packages", "dist-packages"}
-
-
-def source_hash(folder: Path = _HERE) -> str:
-    """Hash of every kernel source in ``folder`` and the folders below it, and of the compiler's version."""
-    digest = hashlib.sha256(nb.__version__.encode())
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
-
-
-def cache_directory() -> Path | None:
-    """Where compiled kernels are kept: the first of these places that can be written, None where none can.
-
-    What ``TOLMC_CACHE_DIR`` or else ``NUMBA_CACHE_DIR`` names; beside the sources of a checkout; in the user's cache; in the
-    temporary folder. Not beside installed sources: what stands there that the installer does not know outlives an
-    uninstall, and a folder without sources would then hide the package from a later editable install.
-
-    Numba's own key is the file of the function alone, so a changed helper in another file would leave a stale caller: the
-    directory's name carries the hash of all kernel sources instead.
-    """
-    name = f"numba-{source_hash()}"
-    return next((root / name for root in _roots() if _takes_files(root / name)), None)
-
-
-def _roots() -> Iterator[Path]:
-    for variable in ("TOLMC_CACHE_DIR", "NUMBA_CACHE_DIR"):
-        if chosen := os.environ.get(variable):
-            yield Path(chosen).absolute()
-    if not _INSTALLED & set(_HERE.parts):
-        yield _HERE / "__pycache__"
-    if user := os.environ.get("XDG_CACHE_HOME"):
-        yield Path(user).absolute() / "tolmc"
-    elif (home := os.path.expanduser("~")) != "~":  # which it stays where there is no home
-        yield Path(home) / ".cache" / "tolmc"
-    # Compiled code is loaded from there and run: the folder must be nobody else's.
-    with suppress(OSError):  # no temporary folder at all
-        shared = Path(tempfile.gettempdir()) / (f"tolmc-{os.getuid()}" if hasattr(os, "getuid") else "tolmc")
-        with suppress(FileExistsError):
-            shared.mkdir(mode=0o700)
-        if _is_ours(shared):
-            yield shared
-
-
-def _is_ours(folder: Path) -> bool:
-    """Whether nobody else can have put files into the folder."""
-    if not hasattr(os, "getuid"):
-        return True
-    state = folder.lstat()
-    return stat.S_ISDIR(state.st_mode) and state.st_uid == os.getuid() and not state.st_mode & 0o022
-
-
-def _takes_files(folder: Path) -> bool:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return True
-    except OSError:
-        return False
-
-
-_CACHE = cache_directory()
 
 #: Kernels are made in several threads, and Numba's setting is one for all.
 _DECORATING = threading.Lock()
@@ -140,6 +75,18 @@ def dot(ax, ay, bx, by):
     return fma(ax, bx, ay * by)
 
 
+@device
+def yes():
+    """True, but no literal: for each literal a function is compiled anew."""
+    return np.bool_(True)
+
+
+@device
+def no():
+    """False, but no literal."""
+    return np.bool_(False)
+
+
 #: A function of its own within a kernel: compiled once however often it is called.
 #: Said, not left to the default: Numba hands the option of a function down to those that it compiles on the way.
 routine = _piece(forceinline=False, **_OPTIONS)
@@ -161,92 +108,114 @@ def _collecting_rarely() -> Iterator[None]:
 
 
 @contextmanager
-def _no_other_process(path: Path, dispatcher) -> Iterator[None]:
-    """A context that one process at a time is in; where the system has no locks of files, as many as come."""
-    if sys.platform == "win32":
+def _alone(function: FunctionType) -> Iterator[None]:
+    """A context in which this function is compiled in no other process, nor anything else in this one."""
+    # Numba's own lock first: its threads would otherwise wait for each other's.
+    with (
+        global_compiler_lock,
+        kept.no_other_process(
+            f"{function.__module__}.{function.__qualname__}", partial(compiling, function.__module__)
+        ),
+        _collecting_rarely(),
+    ):
         yield
-        return
-    import fcntl
-
-    try:
-        file = path.open("ab")
-    except OSError:  # the folder is gone, or may no longer be written
-        yield
-        return
-    with file:
-        with suppress(OSError):  # a filesystem without locks
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                # For whoever watches it is a compilation, of another process.
-                with event.trigger_event("numba:compile", data={"dispatcher": dispatcher}):
-                    fcntl.flock(file, fcntl.LOCK_EX)
-        try:
-            yield
-        finally:
-            with suppress(OSError):
-                fcntl.flock(file, fcntl.LOCK_UN)  # a forked child has the file open as well
 
 
-def _compiled_by_one(dispatcher, folder: Path):
+class _Told(event.Listener):
+    """Passes on what Numba says of its compilations of tolmc's functions."""
+
+    def on_start(self, event: event.Event) -> None:
+        if self._is_ours(event):
+            compilation.begin(event.data["dispatcher"].py_func.__module__)
+
+    def on_end(self, event: event.Event) -> None:
+        if self._is_ours(event):
+            compilation.end()
+
+    @staticmethod
+    def _is_ours(event: event.Event) -> bool:
+        return event.data["dispatcher"].py_func.__module__.startswith("tolmc.")
+
+
+event.register("numba:compile", _Told())
+
+
+def _compiled_by_one(dispatcher):
     """The dispatcher of a kernel; processes that need it at the same time wait for the first, and read what it has compiled."""
-    function, compile_or_read = dispatcher.py_func, dispatcher.compile
+    compile_or_read = dispatcher.compile
 
     def compile_alone(signature):
-        # Numba's own lock first: its threads would otherwise wait for each other's.
-        with (
-            global_compiler_lock,
-            _no_other_process(folder / f"{function.__module__}.{function.__qualname__}.lock", dispatcher),
-            _collecting_rarely(),
-        ):
+        with _alone(dispatcher.py_func):
             return compile_or_read(signature)
 
     dispatcher.compile = compile_alone
     return dispatcher
 
 
-def kernel(function, compiler: type = KernelCompiler):
-    """An entry point: compiled once, cached on disk where there is a place, runs without the interpreter lock.
-
-    Other kernels may call it, unless its ``compiler`` is the one of entries.
+def kernel(function):
+    """A function for Python and for other kernels: compiled once, cached on disk where there is a place, runs without the
+    interpreter lock.
     """
-    if _CACHE is None:
-        return nb.njit(pipeline_class=compiler, **_OPTIONS)(function)
+    if kept.CACHE is None:
+        return nb.njit(pipeline_class=KernelCompiler, **_OPTIONS)(function)
     # The directory is read when the function is decorated; restoring it leaves the user's own Numba functions alone.
     with _DECORATING:
-        previous, nb.config.CACHE_DIR = nb.config.CACHE_DIR, str(_CACHE)
+        previous, nb.config.CACHE_DIR = nb.config.CACHE_DIR, str(kept.CACHE)
         try:
-            compiled = nb.njit(cache=True, pipeline_class=compiler, **_OPTIONS)(function)
+            compiled = nb.njit(cache=True, pipeline_class=KernelCompiler, **_OPTIONS)(function)
         finally:
             nb.config.CACHE_DIR = previous
-    return compiled if nb.config.DISABLE_JIT else _compiled_by_one(compiled, _CACHE)
+    return compiled if nb.config.DISABLE_JIT else _compiled_by_one(compiled)
 
 
-def is_kept(name: str) -> bool:
-    """Whether a kernel of this name is found on disk; also True where nothing can be kept there."""
-    return _CACHE is None or any(_CACHE.glob(f"*/*.{name}-*.nbi"))
+_TYPES = {
+    "int": nb.int64, "float": nb.float64, "bool": nb.boolean, "Rows": bare.ROWS, "Counts": bare.COUNTS, "Table": bare.TABLE,
+}  # fmt: skip
 
 
-def once(build: Callable) -> Callable:
-    """A function that makes its result once for each choice of arguments, also when threads ask at the same time."""
-    made, lock = cache(build), threading.RLock()
+class Entry:
+    """A function of numbers and arrays for Python alone: compiled when it is called, or found on disk.
 
-    @wraps(build)
-    def build_once(*choice, **choices):
-        with lock:
-            return made(*choice, **choices)
-
-    return build_once
-
-
-def entry(template: Callable, name: str, **parts):
-    """A :func:`kernel` named ``name`` for Python alone: the function ``template``, ``parts`` in place of its module's names.
-
-    Numba's cache knows an entry by its name, its bytecode and the contents of its closure. Compiled functions in a closure
-    would look different in every process; global names it does not look at, and what stands behind them is sources alone,
-    whose hash the cache's place carries.
+    ``template``: its arguments are of the kinds that its annotations say, the last of them the ``buffers`` that it works in,
+    which its callers leave out.
     """
-    return kernel(_filled(template, name, parts), EntryCompiler)
+
+    def __init__(
+        self, name: str, template: Callable, function: FunctionType, buffers: Sequence[int], sizes: Mapping[str, int]
+    ) -> None:
+        self.__name__, self._function = name, function
+        kinds = [kind for argument, kind in template.__annotations__.items() if argument != "return"]
+        self.head = Head("", kinds, buffers, sizes, ())
+        self._called: Callable | None = None
+
+    def __call__(self, *arguments) -> None:
+        if nb.config.DISABLE_JIT:
+            self._function(*arguments, *code.buffers(self.head))
+            return
+        if self._called is None:
+            with _alone(self._function):
+                self._called = self._called or code.Called(*(code.read(self.__name__) or self._compiled()))
+        self._called(*arguments)
+
+    def _compiled(self) -> tuple[Head, bytes]:
+        types = tuple(_TYPES[kind] for kind in self.head.arguments)
+        compiled = nb.njit(pipeline_class=EntryCompiler, **_OF_PIECES, **_OPTIONS)(self._function)
+        compiled.compile(types)
+        made = compiled.overloads[types]
+        machine_code, needs = made.library.machine_code()
+        head = replace(self.head, symbol=made.fndesc.llvm_func_name, needs=needs)
+        code.keep(self.__name__, head, machine_code)
+        return head, machine_code
+
+
+def entry(
+    template: Callable, name: str, *, buffers: Sequence[int] = (), sizes: Mapping[str, int] | None = None, **parts
+):
+    """An :class:`Entry` named ``name``: the function ``template``, ``parts`` in place of its module's names.
+
+    On disk it is known by its name alone, for what stands behind it is sources, whose hash the cache's place carries.
+    """
+    return Entry(name, template, _filled(template, name, parts), buffers, sizes or {})
 
 
 def piece(template: Callable, name: str, **parts):

@@ -7,14 +7,10 @@ a name is a constant.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
-
-from tolmc.kernels.jit import device, inlined, once
 
 #: Lanes of a block. Measured on 512-bit vectors: 16 to 64 are alike, fewer leave the latencies of the square root and the
 #: divisions uncovered, more leave the first-level cache.
@@ -57,38 +53,3 @@ class Run(NamedTuple):
     project_energy: bool
     momentum: bool
     out: np.ndarray
-
-
-@inlined
-def lanes(rows):
-    """Array of ``rows`` rows of lanes that begins on a cache line: a 64-byte vector that straddles two costs two loads."""
-    buffer = np.empty(rows * WIDTH + 7)
-    skip = (-(buffer.ctypes.data // 8)) % 8
-    return buffer[skip : skip + rows * WIDTH]
-
-
-@device
-def yes():
-    """True, but no literal: for each literal a function is compiled anew."""
-    return np.bool_(True)
-
-
-@device
-def no():
-    """False, but no literal."""
-    return np.bool_(False)
-
-
-@once
-def observer(equations: ModuleType, load: bool) -> Callable:
-    """What the equations observe of one lane, ``observe(y, coef, lane)``: (O_x, O_y, u, v, N_D, N_E, ..., T, V, |w|^2).
-
-    Taken over as a whole: optimised anew for each use of a part of it, LLVM contracts its arithmetic in other ways.
-    """
-    of_equations = equations.observe
-
-    @device
-    def observe(y, coef, lane):
-        return of_equations(y, coef, lane, WIDTH, load)
-
-    return observe

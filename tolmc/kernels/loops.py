@@ -1,15 +1,17 @@
 """The loops of the kernels, over blocks of lanes and over steps, with names that stand for the parts of one kernel.
 
 These functions are templates: :mod:`engine` makes an entry of each with the parts of its own in place of the names below, and
-of the loops over blocks that it calls a piece: an entry would count the references to every view of an array.
+of the loops over blocks that it calls a piece.
 """
 
 from __future__ import annotations
 
-from tolmc.kernels.bare import bare
-from tolmc.kernels.lanes import WIDTH, Run, lanes
+from typing import Any
+
+from tolmc.kernels.bare import Rows, Table
+from tolmc.kernels.lanes import WIDTH, Run
 from tolmc.kernels.results import AS_ROUGH, DIVERGED, DOUBT, END_TIME, MOMENTUM_ERROR, OK, ROUGHEST, STATUS
-from tolmc.kernels.seen import REACH, ROWS, STEPS, WORK, Window
+from tolmc.kernels.seen import REACH, STEPS, WORK, Window
 
 #: Of the equations.
 prepare = start = observe_lane = None
@@ -19,21 +21,22 @@ what = at = None
 #: The step and the look, the watchers' functions, the projection on the energy.
 step_once = see = begin = look = scan = finish = project_energy = None
 #: The loop over blocks that an entry calls.
-blocks = None
-#: Rows of the buffer, and how many there are.
-rows = y_rows = end_rows = coef_rows = h_rows = seen_rows = target_rows = correction_rows = None
+blocks: Any = None
+#: Rows of the buffer.
+y_rows = end_rows = coef_rows = h_rows = seen_rows = target_rows = correction_rows = None
 until = bad_step = end_state = end_seen = part_h = None
 
 
-def integrate(raw, steps, duration, on_loss, project_energy, momentum, out):
+def integrate(
+    raw: Table, steps: int, duration: float, on_loss: int, project_energy: bool, momentum: bool, out: Table, work: Rows
+):
     """Every column of ``raw``, block by block: its results to ``out``. Nothing is seen of the forces."""
-    run = Run(bare(raw), raw.shape[1], steps, duration, duration / steps, on_loss, project_energy, momentum, bare(out))
-    blocks(run, lanes(rows))
+    blocks(Run(raw, raw.shape[1], steps, duration, duration / steps, on_loss, project_energy, momentum, out), work)
 
 
 def integrate_blocks(run, work):
     """The loop of :func:`integrate`."""
-    raw, out, steps, work = run.raw, run.out, run.steps, bare(work)
+    raw, out, steps = run.raw, run.out, run.steps
     y, end, coef, h, seen = work[y_rows], work[end_rows], work[coef_rows], work[h_rows], work[seen_rows]
     n = run.samples
     for block in range(0, n, WIDTH):
@@ -58,19 +61,21 @@ def integrate_blocks(run, work):
         finish(run, block, y, coef, work)
 
 
-def watch(raw, steps, duration, on_loss, project_energy, momentum, out):
+def watch(
+    raw: Table, steps: int, duration: float, on_loss: int, project_energy: bool, momentum: bool, out: Table,
+    work: Rows, states: Rows, seen: Rows,
+):  # fmt: skip
     """The same with all that is seen of the forces, window by window; a block ends where all its lanes' motions have.
 
     A motion of fewer steps goes on until the polynomials between its ends have the ends that they need.
     """
-    run = Run(bare(raw), raw.shape[1], steps, duration, duration / steps, on_loss, project_energy, momentum, bare(out))
-    blocks(run, lanes(rows), lanes(ROWS * state), lanes(ROWS * what))
+    run = Run(raw, raw.shape[1], steps, duration, duration / steps, on_loss, project_energy, momentum, out)
+    blocks(run, work, states, seen)
 
 
 def watch_blocks(run, work, states, seen):
     """The loop of :func:`watch`."""
     raw, out, steps = run.raw, run.out, run.steps
-    work, states, seen = bare(work), bare(states), bare(seen)
     coef, h, ends, seen_there, length = work[coef_rows], work[h_rows], work[end_state], work[end_seen], work[part_h]
     n, total = run.samples, max(steps, 2 * REACH)
     for block in range(0, n, WIDTH):
@@ -127,14 +132,13 @@ def watch_blocks(run, work, states, seen):
         finish(run, block, ends, coef, work)
 
 
-def trace(raw, steps, duration, on_energy, states, coef):
+def trace(raw: Table, steps: int, duration: float, on_energy: bool, states: Table, coef: Rows, work: Rows):
     """The states of column 0 of ``raw`` at the ends of all steps; the block's lanes all carry the same motion."""
-    blocks(bare(raw), steps, duration, on_energy, bare(states), bare(coef), lanes(rows))
+    blocks(raw, steps, duration, on_energy, states, coef, work)
 
 
 def trace_block(raw, steps, duration, on_energy, states, coef, work):
     """The loop of :func:`trace`."""
-    work = bare(work)
     y, end, h, seen = work[y_rows], work[end_rows], work[h_rows], work[seen_rows]
     target, correction = work[target_rows], work[correction_rows]
     for column in range(1):  # a literal 0 would compile the equations once more
@@ -159,14 +163,13 @@ def trace_block(raw, steps, duration, on_energy, states, coef, work):
             states[step + 1, c] = y[c * WIDTH]
 
 
-def observe(states, coef, out):
+def observe(states: Table, coef: Rows, out: Table, y: Rows):
     """What the equations observe in every row of ``states``."""
-    blocks(bare(states), states.shape[0], bare(coef), bare(out), lanes(state))
+    blocks(states, states.shape[0], coef, out, y)
 
 
 def observe_rows(states, count, coef, out, y):
     """The loop of :func:`observe`."""
-    y = bare(y)
     for row in range(count):
         for c in range(state):
             y[c * WIDTH] = states[row, c]

@@ -6,9 +6,26 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 
-from tolmc.kernels.lanes import Layout, observer
+from tolmc.kernels.jit import device
+from tolmc.kernels.lanes import WIDTH, Layout
+from tolmc.kernels.once import once
 from tolmc.kernels.seen import SEEN, SEEN_RUBBING, viewer
 from tolmc.kernels.steppers import Stepper
+
+
+@once
+def observer(equations: ModuleType, load: bool) -> Callable:
+    """What the equations observe of one lane, ``observe(y, coef, lane)``: (O_x, O_y, u, v, N_D, N_E, ..., T, V, |w|^2).
+
+    Taken over as a whole: optimised anew for each use of a part of it, LLVM contracts its arithmetic in other ways.
+    """
+    of_equations = equations.observe
+
+    @device
+    def observe(y, coef, lane):
+        return of_equations(y, coef, lane, WIDTH, load)
+
+    return observe
 
 
 @dataclass(frozen=True)
@@ -26,7 +43,7 @@ class System:
     #: How much is seen at the end of a step, and the view of it in a window.
     seen: int
     at: Callable
-    #: What is observed of a lane: :func:`tolmc.kernels.lanes.observer`.
+    #: What is observed of a lane: :func:`observer`.
     observe: Callable
     #: Places of the states at a step's two ends, of the coefficients and of the step's length, as arrays.
     y: slice

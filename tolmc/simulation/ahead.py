@@ -1,7 +1,7 @@
 """A kernel that a run needs after its first, compiled by another process meanwhile.
 
 A kernel takes 10 s to compile, on one core: the process that needs it later waits for the other, or finds it on disk
-(:mod:`tolmc.kernels.jit`).
+(:mod:`tolmc.kernels.kept`).
 """
 
 from __future__ import annotations
@@ -15,9 +15,8 @@ from dataclasses import asdict
 
 import numpy as np
 
-from tolmc.kernels import engine, jit
+from tolmc.kernels import code, names
 from tolmc.kernels import parameters as P
-from tolmc.kernels.one_sided import engine as one_sided_engine
 from tolmc.simulation import one_sided
 from tolmc.simulation.features import Features
 from tolmc.simulation.integration import integrate
@@ -31,12 +30,12 @@ def compiled_ahead(features: Features, method: str, forces: bool) -> Iterator[No
     That is the one-sided kernel where they may need one, the two-sided one elsewhere.
     """
     name = (
-        one_sided_engine.name_of(**one_sided.kind(features, method))
+        names.one_sided(**one_sided.kind(features, method))
         if features.one_sided or features.alone
-        else engine.name_of(features.formulation, method, load=features.load, forces=forces)
+        else names.integrate(features.formulation, method, load=features.load, forces=forces)
     )
     # Where files have no locks for processes to wait by, the kernel would be compiled twice.
-    if not sys.executable or sys.platform == "win32" or jit.is_kept(name):
+    if not sys.executable or sys.platform == "win32" or code.is_kept(name):
         yield
         return
     told = json.dumps([asdict(features), method, forces])

@@ -18,7 +18,6 @@ from tolmc.simulation.one_sided import has_room
 from tolmc.simulation.outputs import ROWS, integrates, lacking, wants_forces
 from tolmc.simulation.packing import pack_again, scratch
 from tolmc.simulation.plan import Plan
-from tolmc.simulation.published import published_results
 
 
 def block_columns(
@@ -85,6 +84,8 @@ def _results(raw, valid, plan: Plan, forces: bool, duration: float, on_contact_l
             fine = integrate(inside, finer, forces, duration, on_contact_loss, project_energy)
             part[R.HALVING_ERROR] = difference(part, fine, inside[P.RADIUS], forces)
     else:
+        from tolmc.simulation.published import published_results  # and with it Numba, which takes half a second to load
+
         part = published_results(inside, plan, forces, duration, on_contact_loss)
     if isinstance(valid, slice):
         return part

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from tolmc.kernels import engine, lanes
+from tolmc.kernels import entries, lanes
 from tolmc.kernels import parameters as P
 from tolmc.kernels import results as R
-from tolmc.kernels.formulations import FORMULATIONS
+from tolmc.kernels.tableaux import PUBLISHED
 from tolmc.simulation import one_sided
 from tolmc.simulation.plan import Plan
 from tolmc.simulation.second_look import look_again
@@ -62,8 +62,8 @@ def _two_sided(
     """The same with a wall that holds the journal."""
     features = plan.features
     # The published forms' pilot must not take its steps from a formula that they don't have.
-    method = engine.PUBLISHED if plan.formulation != "slope" and plan.method == "rk8" else plan.method
-    kernel = engine.build(features.formulation, method, load=features.load, forces=forces)
+    method = PUBLISHED if plan.formulation != "slope" and plan.method == "rk8" else plan.method
+    kernel = entries.integrate(features.formulation, method, load=features.load, forces=forces)
     on_loss, raw = _ON_LOSS[on_contact_loss], np.ascontiguousarray(raw)
     if features.rubs:
         raw[P.HELD] = features.driven
@@ -102,9 +102,10 @@ def of_statistics(plan: Plan) -> float:
 def trace(raw: np.ndarray, plan: Plan, duration: float, project_energy: bool) -> np.ndarray:
     """(O_x, O_y, u, v, N_D, N_E, lambda_D, lambda_E, T, V, |w|^2) of column 0 at the ends of all steps, (11, steps + 1)."""
     formulation, load = plan.features.formulation, plan.features.load
-    equations = FORMULATIONS[formulation]
-    states, coef = np.empty((plan.steps + 1, equations.STATE)), np.empty(equations.COEFFICIENTS * WIDTH)
-    engine.build_trace(formulation, plan.method, load=load)(raw, plan.steps, duration, project_energy, states, coef)
+    integrate_one = entries.trace(formulation, plan.method, load=load)
+    sizes = integrate_one.head.sizes
+    states, coef = np.empty((plan.steps + 1, sizes["state"])), np.empty(sizes["coefficients"])
+    integrate_one(np.ascontiguousarray(raw), plan.steps, duration, project_energy, states, coef)
     seen = np.empty((11, plan.steps + 1))
-    engine.build_observe(formulation, load=load)(states, coef, seen)
+    entries.observe(formulation, load=load)(states, coef, seen)
     return seen

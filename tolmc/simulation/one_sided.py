@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tolmc.kernels import entries
 from tolmc.kernels import parameters as P
 from tolmc.kernels import results as R
-from tolmc.kernels.one_sided import engine, hand_over, start
 from tolmc.kernels.one_sided import layout as at
 from tolmc.simulation.features import Features
 from tolmc.simulation.plan import Plan
@@ -46,12 +46,12 @@ def given(raw: np.ndarray, plan: Plan, held: np.ndarray | None = None) -> np.nda
         # The end whose force has just fallen to zero.
         rows[at.LOSS] = np.where(held[R.D_MIN] <= held[R.E_MIN], 0.0, 1.0)
         rows[at.CHI], rows[at.OMEGA] = raw[P.SPIN], raw[P.SPIN_RATE]
-        hand_over.build(plan.features.formulation)(raw, held[R.STATE :], rows)
+        entries.start_from(plan.features.formulation)(raw, np.ascontiguousarray(held[R.STATE :]), rows)
     elif plan.features.free:
         _start_within(raw, rows)
         rows[at.CHI], rows[at.OMEGA] = raw[P.SPIN], raw[P.SPIN_RATE]
     else:
-        start.from_angles(raw, rows, plan.features.exact)
+        entries.from_angles()(raw, rows, plan.features.exact)
     if plan.features.shaken or plan.features.swings:
         _phases(raw, plan, rows)
     return rows
@@ -81,19 +81,19 @@ def has_room(raw: np.ndarray, plan: Plan) -> np.ndarray:
     """Which starts within the clearance lie within it, (n,) bool."""
     gaps, rows = np.empty((2, raw.shape[1])), np.empty((at.GIVEN, raw.shape[1]))
     _start_within(raw, rows)
-    start.gaps(raw, rows, plan.features.exact, gaps)
+    entries.gaps()(np.ascontiguousarray(raw), rows, plan.features.exact, gaps)
     return np.logical_and(*(gaps >= -_ROUNDING))
 
 
 def _run(raw: np.ndarray, plan: Plan, duration: float, out, counts, record, events, held=None) -> None:
     """The kernel that has what the plan's features ask for, and nothing more."""
-    kernel = engine.build(**kind(plan.features, plan.method))
+    kernel = entries.one_sided(**kind(plan.features, plan.method))
     start = given(raw, plan, held)
     kernel(raw, start, plan.steps, duration, MOST_EVENTS, plan.accuracy, out, counts, record, events)
 
 
 def kind(features: Features, method: str) -> dict[str, bool]:
-    """What :func:`tolmc.kernels.one_sided.engine.build` is asked for."""
+    """What :func:`tolmc.kernels.entries.one_sided` is asked for."""
     swings = features.shaken or features.swings
     return {
         "exact": features.exact, "general": features.general, "rubs": features.rubs and not swings, "swings": swings,

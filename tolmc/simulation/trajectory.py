@@ -18,7 +18,6 @@ from tolmc.simulation.outputs import scene_outputs
 from tolmc.simulation.packing import pack
 from tolmc.simulation.pilot import plan_integration
 from tolmc.simulation.plan import Plan
-from tolmc.simulation.published import published_records, tilt_of
 
 
 @dataclass(frozen=True)
@@ -112,6 +111,8 @@ def _recorded(
     scene: Scene, raw: np.ndarray, plan: Plan, summary: dict[str, np.ndarray], time: np.ndarray, status: str
 ) -> Trajectory:
     """The motion in the paper's coordinates, up to the singular set that ends it."""
+    from tolmc.simulation.published import published_records, tilt_of  # and with it Numba, half a second
+
     records = published_records(np.ascontiguousarray(raw[:, 0]), plan, scene.duration)
     rows = max(records.rows, 1)
     if summary["status"][0] >= SINGULAR_PSI:

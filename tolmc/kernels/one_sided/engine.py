@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from tolmc.kernels import jit, results
-from tolmc.kernels.lanes import Layout
+from tolmc.kernels import jit, names, results
+from tolmc.kernels.lanes import WIDTH, Layout
+from tolmc.kernels.once import once
 from tolmc.kernels.one_sided import approach as approaches
 from tolmc.kernels.one_sided import clock as clocks
 from tolmc.kernels.one_sided import forecast, outcome
@@ -18,7 +19,7 @@ from tolmc.kernels.one_sided.equations import equations_of
 from tolmc.kernels.one_sided.rounds import all_rounds, rounds
 
 
-@jit.once
+@once
 def build(*, exact: bool, general: bool, rubs: bool, swings: bool, rk4: bool) -> Callable:
     """Entry :func:`tolmc.kernels.one_sided.rounds.rounds` of one kind of scene.
 
@@ -44,7 +45,7 @@ def build(*, exact: bool, general: bool, rubs: bool, swings: bool, rk4: bool) ->
         **dict(zip(("raw_rows", "given_rows", "start_rows", "ready_rows", "gap_rows"), way.rows, strict=True)),
     }  # fmt: skip
     places = {name: layout.block(count) for name, count in blocks.items()}
-    name = name_of(exact=exact, general=general, rubs=rubs, swings=swings, rk4=rk4)
+    name = names.one_sided(exact=exact, general=general, rubs=rubs, swings=swings, rk4=rk4)
     loop = jit.piece(
         all_rounds, f"{name}_loop",
         step=stepper.step, look=stepper.look, screen=screen, decide=decide, take=take, approach=approach,
@@ -53,9 +54,5 @@ def build(*, exact: bool, general: bool, rubs: bool, swings: bool, rk4: bool) ->
         fetch=way.fetch, load=way.load, begin=way.begin, state_of=way.state_of, store=store, note=way.note,
         **places,
     )  # fmt: skip
-    return jit.entry(rounds, name, loop=loop, rows=layout.rows)
-
-
-def name_of(**present: bool) -> str:
-    """Name of :func:`build`'s entry, by which it is kept on disk."""
-    return "_".join(("one_sided", *(word for word, is_present in present.items() if is_present)))
+    numbers = layout.rows * WIDTH
+    return jit.entry(rounds, name, buffers=[WIDTH, WIDTH, numbers], loop=loop, everything=slice(0, numbers))

@@ -14,7 +14,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device, dot, fma, once, strict
+from tolmc.kernels.jit import device, dot, fma, strict
+from tolmc.kernels.once import once
 from tolmc.kernels.one_sided import circle, exact, general, general_swinging, symmetric, symmetric_swinging
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.friction import sliding

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tolmc.kernels.jit import fma, inlined, once, routine
+from tolmc.kernels.jit import fma, inlined, routine
+from tolmc.kernels.once import once
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations
 from tolmc.kernels.one_sided.layout import WIDTH

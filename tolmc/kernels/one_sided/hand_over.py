@@ -6,23 +6,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
-import numpy as np
-
-from tolmc.kernels import jit
+from tolmc.kernels import jit, names
+from tolmc.kernels.bare import Rows, Table
 from tolmc.kernels.formulations import FORMULATIONS
+from tolmc.kernels.once import once
 from tolmc.kernels.one_sided import layout as at
 
-prepare = motion = None
-state = coefficients = spins = None
+prepare: Any = None
+motion: Any = None
+state = spins = None
 
 
-def start_from(raw, states, given):
+def start_from(raw: Table, states: Table, given: Table, coef: Rows, y: Rows):
     """Rows START_X to START_V_RATE of ``given`` (layout.GIVEN, n), SI units, and those of the spin where it is no constant.
 
     ``states`` (rows, n) are in the coordinates of the formulation; both ends touch the wall.
     """
-    coef, y = np.empty(coefficients), np.empty(state)
     for i in range(raw.shape[1]):
         for c in range(state):
             y[c] = states[c, i]
@@ -35,11 +36,11 @@ def start_from(raw, states, given):
             given[at.CHI, i], given[at.OMEGA, i] = chi, spin_rate
 
 
-@jit.once
+@once
 def build(formulation: str) -> Callable:
     """Entry ``start_from(raw, states, given)`` of a formulation."""
     equations = FORMULATIONS[formulation]
     return jit.entry(
-        start_from, f"start_from_{formulation}", prepare=equations.prepare, motion=equations.motion,
-        state=equations.STATE, coefficients=equations.COEFFICIENTS, spins=equations.TORQUE,
+        start_from, names.start_from(formulation), buffers=[equations.COEFFICIENTS, equations.STATE],
+        prepare=equations.prepare, motion=equations.motion, state=equations.STATE, spins=equations.TORQUE,
     )  # fmt: skip

@@ -7,11 +7,10 @@ becomes of a sample depends on nothing but the sample.
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from tolmc.kernels.bare import bare
+from tolmc.kernels.bare import Counts, Rows, Table
 from tolmc.kernels.lanes import WIDTH
-from tolmc.kernels.lanes import lanes as lanes_of
 from tolmc.kernels.one_sided import clock as clocks
 from tolmc.kernels.one_sided import layout as at
 
@@ -19,17 +18,20 @@ from tolmc.kernels.one_sided import layout as at
 step = look = screen = decide = take = approach = strike = settle = jump = renew = forecast = None
 fetch = load = begin = state_of = store = note = None
 #: The loop that the entry calls.
-loop = None
+loop: Any = None
 #: Whether :data:`strike` leaves impacts to :data:`jump`.
 rubs = None
-#: Rows of the buffer, and how many there are.
-rows = y_rows = end_rows = argument_rows = f0_rows = f1_rows = k_rows = coef_rows = lane_rows = None
+#: The whole buffer, and its rows.
+everything = y_rows = end_rows = argument_rows = f0_rows = f1_rows = k_rows = coef_rows = lane_rows = None
 seen0_rows = seen1_rows = sample_rows = result_rows = None
 #: Of the samples that wait.
 raw_rows = given_rows = start_rows = ready_rows = gap_rows = None
 
 
-def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, events):
+def rounds(
+    raw: Table, given: Table, steps: int, duration: float, most: int, accuracy: float, out: Table, counts: Counts,
+    record: Table, events: Table, decision: Counts, calls: Counts, work: Rows,
+):  # fmt: skip
     """Integrate every column of ``raw`` over ``duration`` (s) in steps of ``duration/steps`` or less; results into ``out``.
 
     Parameters
@@ -51,16 +53,14 @@ def rounds(raw, given, steps, duration, most, accuracy, out, counts, record, eve
     """
     if raw.shape[1] == 0:
         return
-    work = lanes_of(rows)
-    work[:] = 0.0
-    decision, calls = np.empty(WIDTH, np.int64), np.empty(WIDTH, np.int64)
+    work[everything] = 0.0
     limits = (float(steps), duration, float(most), accuracy)
-    loop(bare(raw), bare(given), raw.shape[1], limits, bare(out), counts, record, events, decision, calls, work)
+    loop(raw, given, raw.shape[1], limits, out, counts, record, events, decision, calls, work)
 
 
 def all_rounds(raw, given, n, limits, out, counts, record, events, decision, calls, work):
     """The loop of :func:`rounds`."""
-    work, (steps, duration, most, accuracy) = bare(work), limits
+    steps, duration, most, accuracy = limits
     y, end, argument, f0, f1 = work[y_rows], work[end_rows], work[argument_rows], work[f0_rows], work[f1_rows]
     k, coef, lanes = work[k_rows], work[coef_rows], work[lane_rows]
     seen0, seen1, samples = work[seen0_rows], work[seen1_rows], work[sample_rows]

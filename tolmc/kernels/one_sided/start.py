@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
+from tolmc.kernels import jit, names
 from tolmc.kernels import parameters as P
+from tolmc.kernels.bare import Table
 from tolmc.kernels.formulations import exact_section
-from tolmc.kernels.jit import kernel
+from tolmc.kernels.once import once
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.exact import gap as exact_gap
 
 
-@kernel
-def from_angles(raw, given, exact):
+def from_angles(raw: Table, given: Table, exact: bool):
     """Rows START_X to START_V_RATE of ``given`` (layout.GIVEN, n), SI units, of the pose that touches the wall at D and E.
 
     ``exact``: whether the section is exact. The rows of spin are filled too.
@@ -44,8 +46,7 @@ def from_angles(raw, given, exact):
         given[at.ON_D, i], given[at.ON_E, i] = 1.0, 1.0
 
 
-@kernel
-def gaps(raw, given, exact, out):
+def gaps(raw: Table, given: Table, exact: bool, out: Table):
     """Gaps at D and E over c of the starts in ``given``, (2, n)."""
     for i in range(raw.shape[1]):
         length, journal = raw[P.HALF_LENGTH, i], raw[P.JOURNAL_RADIUS, i]
@@ -60,3 +61,15 @@ def gaps(raw, given, exact, out):
                 c = raw[P.RADIUS, i]
                 px, py = (given[at.START_X, i] + u) / c, (given[at.START_Y, i] + v) / c
                 out[side, i] = 0.5 * (1.0 - px * px - py * py)
+
+
+@once
+def build_from_angles() -> Callable:
+    """Entry :func:`from_angles`."""
+    return jit.entry(from_angles, names.FROM_ANGLES)
+
+
+@once
+def build_gaps() -> Callable:
+    """Entry :func:`gaps`."""
+    return jit.entry(gaps, names.GAPS)

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tolmc.kernels.interpolation import through
-from tolmc.kernels.jit import device, once, routine
+from tolmc.kernels.jit import device, routine
+from tolmc.kernels.once import once
 from tolmc.kernels.one_sided import formula as formulas
 from tolmc.kernels.one_sided import layout as at
 from tolmc.kernels.one_sided.equations import Equations

@@ -43,7 +43,8 @@ from tolmc.kernels.seen import (
     W2,
     WORK,
 )
-from tolmc.kernels.tableaux import Tableau, weighted_sum
+from tolmc.kernels.sums import weighted_sum
+from tolmc.kernels.tableaux import Tableau
 
 #: What is summed up over the stages: rows of ``seen`` from SUM_D on, with friction also those from SLIP_D on.
 SUMS, RUBBING = LATE_E - SUM_D + 1, SUM_S - SLIP_D + 1

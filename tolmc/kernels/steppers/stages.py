@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from types import ModuleType
 
-from tolmc.kernels.jit import chain, device, inlined, routine
-from tolmc.kernels.lanes import WIDTH, Layout, no, yes
+from tolmc.kernels.jit import chain, device, inlined, no, routine, yes
+from tolmc.kernels.lanes import WIDTH, Layout
 from tolmc.kernels.steppers import Rows, Stepper, adder, closing, integrals, looker, loops, rater
-from tolmc.kernels.tableaux import Tableau, weighted_sum
+from tolmc.kernels.sums import weighted_sum
+from tolmc.kernels.tableaux import Tableau
 
 
 def build(tableau: Tableau, equations: ModuleType, load: bool, forces: bool, layout: Layout) -> Stepper:

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from tolmc.kernels.jit import routine
-from tolmc.kernels.lanes import WIDTH, yes
+from tolmc.kernels.jit import routine, yes
+from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.results import CONTACT_LOST, CONTINUE, END_TIME, LOSS_TIME, OK, STATUS
 from tolmc.kernels.results import STATE as LOST_STATE
 from tolmc.kernels.seen import N_D, N_E, RATE_D, RATE_E, RATE_TORQUE, ROWS, SUM_D, of

@@ -10,11 +10,12 @@ from types import ModuleType
 import numpy as np
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device, once, routine
-from tolmc.kernels.lanes import WIDTH, observer
+from tolmc.kernels.jit import device, routine
+from tolmc.kernels.lanes import WIDTH
+from tolmc.kernels.once import once
 from tolmc.kernels.results import ENERGY_CORRECTION, ENERGY_ERROR
 from tolmc.kernels.seen import ENERGY, KINETIC, WORK
-from tolmc.kernels.system import System
+from tolmc.kernels.system import System, observer
 from tolmc.kernels.watchers import Watcher
 
 #: Steps of a motion alone from one look at the energy to the next: its error stays once made, and every look costs 5 %.

@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 from tolmc.kernels import parameters as P
-from tolmc.kernels.jit import device, routine
-from tolmc.kernels.lanes import WIDTH, no
+from tolmc.kernels.jit import device, no, routine
+from tolmc.kernels.lanes import WIDTH
 from tolmc.kernels.results import (
     CONTINUE,
     D_MAX,

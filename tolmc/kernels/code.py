@@ -1,0 +1,182 @@
+"""Machine code of an entry: written to a file and read again, loaded and called; without Numba.
+
+Numba takes half a second to load, as long as a small run computes: it is needed where a kernel is compiled, not where one is
+found on disk. Both run as this module loads them.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from functools import cache
+from itertools import chain
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import numpy as np
+
+from tolmc.kernels import kept
+
+_LINE = 64  # bytes of a cache line: a vector that straddles two costs two loads
+
+
+@dataclass(frozen=True)
+class Head:
+    """What an entry's file says before the machine code.
+
+    Attributes
+    ----------
+    symbol : name of the function
+    arguments : the kind of each of its arguments, in order; a key of :data:`KINDS`
+    buffers : numbers in the buffers that it works in, its last arguments
+    sizes : of what a caller must make room for, by name
+    needs : functions that it calls, of the system's libraries
+    """
+
+    symbol: str
+    arguments: Sequence[str]
+    buffers: Sequence[int]
+    sizes: Mapping[str, int]
+    needs: Sequence[str]
+
+
+# Files
+
+
+@cache
+def _processor() -> str:
+    """What code is for: the processor, and what Numba is told of it."""
+    told = [os.environ.get(f"NUMBA_{what}") for what in ("CPU_NAME", "CPU_FEATURES", "ENABLE_AVX", "OPT")]
+    processor = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), llvm.llvm_version_info, told
+    return hashlib.sha256(repr(processor).encode()).hexdigest()[:8]
+
+
+def _file(name: str) -> Path | None:
+    return None if kept.CACHE is None else kept.CACHE / f"{name}-{_processor()}.code"
+
+
+def is_kept(name: str) -> bool:
+    """Whether an entry of this name is found on disk; also True where nothing can be kept there."""
+    file = _file(name)
+    return file is None or file.exists()
+
+
+def keep(name: str, head: Head, machine_code: bytes) -> None:
+    """Write an entry to the disk, whole or not at all."""
+    file = _file(name)
+    if file is None:
+        return
+    digest = hashlib.sha256(machine_code).hexdigest()
+    said = json.dumps([digest, asdict(head)]).encode()
+    with suppress(OSError):  # a disk that is full, or a folder that is gone, costs a compilation
+        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".new", delete=False) as new:
+            new.write(said + b"\n" + machine_code)
+        os.replace(new.name, file)
+
+
+def read(name: str) -> tuple[Head, bytes] | None:
+    """An entry from the disk; None where there is none, or not what has been written there."""
+    file = _file(name)
+    with suppress(OSError, ValueError, TypeError):
+        if file is not None:
+            first, machine_code = file.read_bytes().split(b"\n", 1)
+            digest, head = json.loads(first)
+            if digest == hashlib.sha256(machine_code).hexdigest():
+                return Head(**head), machine_code
+    return None
+
+
+# Calls
+
+_ADDRESS, _WHOLE, _SIZE = ctypes.c_void_p, ctypes.c_int64, ctypes.c_ssize_t
+#: Kinds of arguments, as the templates' annotations have them, and what each is in a call.
+KINDS: Mapping[str, tuple] = {
+    "int": (_WHOLE,),
+    "float": (ctypes.c_double,),
+    "bool": (ctypes.c_bool,),
+    "Rows": (_ADDRESS,),
+    "Counts": (_ADDRESS,),
+    "Table": (_ADDRESS, _SIZE, _SIZE),
+}
+_ARRAYS = {"Rows": (np.float64, 1), "Counts": (np.int64, 1), "Table": (np.float64, 2)}
+
+
+def _of_array(array: np.ndarray, kind: str) -> tuple[int, ...]:
+    dtype, dimensions = _ARRAYS[kind]
+    if array.dtype != dtype or array.ndim != dimensions or not array.flags.c_contiguous:
+        raise TypeError(
+            f"an entry takes a contiguous array of {dimensions} dimension(s) of {dtype.__name__}, "
+            f"not one of {array.ndim} of {array.dtype}"
+        )
+    return (array.ctypes.data, *array.shape) if kind == "Table" else (array.ctypes.data,)
+
+
+def _buffer(numbers: int, dtype: type) -> np.ndarray:
+    """An array that begins on a cache line."""
+    whole: np.ndarray = np.empty(numbers + _LINE // 8, dtype)
+    skip = -(whole.ctypes.data // 8) % (_LINE // 8)
+    return whole[skip : skip + numbers]
+
+
+def buffers(head: Head) -> list[np.ndarray]:
+    """What an entry works in, anew for each call."""
+    kinds = head.arguments[len(head.arguments) - len(head.buffers) :]
+    return [_buffer(numbers, _ARRAYS[kind][0]) for kind, numbers in zip(kinds, head.buffers, strict=True)]
+
+
+class Called:
+    """An entry as a function of numbers and arrays, which runs without the interpreter lock."""
+
+    def __init__(self, head: Head, machine_code: bytes) -> None:
+        self.head, self._keeps_code = head, _loaded(machine_code)
+        types = chain.from_iterable(KINDS[kind] for kind in head.arguments)
+        # Numba's convention: places for the result and for an error, and 0 where all went well.
+        prototype = ctypes.CFUNCTYPE(ctypes.c_int32, _ADDRESS, _ADDRESS, *types)
+        self._function: Callable = prototype(self._keeps_code.get_function_address(head.symbol))
+
+    def __call__(self, *arguments) -> None:
+        arguments = (*arguments, *buffers(self.head))
+        words: list = []
+        for kind, argument in zip(self.head.arguments, arguments, strict=True):
+            words += _of_array(argument, kind) if kind in _ARRAYS else (argument,)
+        nothing = (ctypes.c_void_p * 2)()
+        if self._function(ctypes.addressof(nothing), ctypes.addressof(nothing) + 8, *words):
+            raise RuntimeError(f"{self.head.symbol} has failed")  # no entry raises
+
+
+def _loaded(machine_code: bytes):
+    """The engine that holds the code, for as long as it lives."""
+    engine = _engine()
+    engine.add_object_file(llvm.ObjectFileRef.from_data(machine_code))
+    engine.finalize_object()
+    return engine
+
+
+def _engine():
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
+    return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+
+
+@cache
+def _is_there(function: str) -> bool:
+    """Whether this process has such a function; libraries that Numba brings it has with Numba."""
+    _engine()  # the first one has LLVM look at all that is loaded
+    return llvm.address_of_symbol(function) is not None
+
+
+def kept_entry(name: str) -> Called | None:
+    """An entry that is found on disk and can be loaded as it is; None else, or where nothing is to be compiled."""
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
+        return None
+    found = read(name)
+    if found is None or not all(map(_is_there, found[0].needs)):
+        return None
+    return Called(*found)
