@@ -13,8 +13,10 @@ import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
+from threading import Timer
 
 import llvmlite.binding as llvm
 import numba as nb
@@ -26,7 +28,7 @@ from scipy.integrate._ivp import dop853_coefficients as dop853
 from small_study import write
 
 import tolmc.kernels
-from tolmc.kernels import code, engine, jit, kept, sums
+from tolmc.kernels import code, engine, jit, kept, notices, sums
 from tolmc.kernels.bare import Counts, Rows, Table
 from tolmc.kernels.formulations import FORMULATIONS
 from tolmc.kernels.tableaux import CLASSICAL, DORMAND_PRINCE, RK8, TABLEAUX
@@ -129,8 +131,8 @@ def toy(folder):
     (package / "__init__.py").touch()
     for name in ("jit", "code", "kept"):
         source = (SOURCES / f"{name}.py").read_text()
-        others = "from tolmc.kernels import bare, compilation\nfrom toy import"
-        source = source.replace("from tolmc.kernels import bare, code, compilation, kept", f"{others} code, kept")
+        others = "from tolmc.kernels import bare, notices\nfrom toy import"
+        source = source.replace("from tolmc.kernels import bare, code, kept, notices", f"{others} code, kept")
         source = source.replace("from tolmc.kernels import kept", "from toy import kept")
         (package / f"{name}.py").write_text(source.replace("tolmc.kernels.code", "toy.code"))
     return package
@@ -145,7 +147,8 @@ def test_an_edit_of_a_helper_reaches_its_callers(tmp_path):
         "from __future__ import annotations\n"
         "import numpy as np\nfrom toy import jit\nfrom toy.helper import helper\n\n\n"
         "def template(x: Rows):\n    x[0] = helper(x[0])\n\n\n"
-        "entry = jit.entry(template, 'entry')\n"
+        "entry = jit.entry(template, 'entry')\n\n\n"
+        "@jit.kernel\ndef kernel(x):\n    return helper(x)\n"
     )
 
     def result(factor):
@@ -153,22 +156,24 @@ def test_an_edit_of_a_helper_reaches_its_callers(tmp_path):
             f"from toy.jit import device\n\n\n@device\ndef helper(x):\n    return {factor} * x\n"
         )
         program = (
-            "import numpy as np; from toy import code; is_there = code.is_kept('entry'); from toy.entry import entry;"
-            "x = np.ones(1); entry(x); print(x[0], is_there)"
+            "import numpy as np; from toy import code; is_there = code.is_kept('entry');"
+            "from toy.entry import entry, kernel; x = np.ones(1); entry(x);"
+            "print(x[0], is_there, kernel(1.0), sum(kernel.stats.cache_hits.values()))"
         )
         # -B: two edits within a second look alike to Python's own cache.
         command, environment = [sys.executable, "-B", "-c", program], {**os.environ, "TOLMC_CACHE_DIR": str(tmp_path)}
         run = subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True, text=True)
         return run.stdout.split()
 
-    assert result(2.0) == ["2.0", "False"]
-    assert result(2.0) == ["2.0", "True"]
-    assert result(3.0) == ["3.0", "False"]
+    assert result(2.0) == ["2.0", "False", "2.0", "0"]
+    assert result(2.0) == ["2.0", "True", "2.0", "1"]
+    assert result(3.0) == ["3.0", "False", "3.0", "0"]
 
 
 _TOGETHER = """
 import sys, time
 from pathlib import Path
+from threading import Timer
 import numpy as np
 from numba.core import event
 from toy import jit
@@ -181,12 +186,12 @@ def swap(x, n):
 def template(x: "Rows"):
     swap(x, 1)
 
-entry = jit.entry(template, "entry")
+called = jit.kernel(template) if sys.argv[2] == "kernel" else jit.entry(template, "entry")
 Path(sys.argv[1]).touch()
 while not all(Path(name).exists() for name in "ab"):
     time.sleep(0.001)
 with event.install_recorder("numba:compile") as compiled:
-    entry(np.ones(8))
+    called(np.ones(8))
 print(len(compiled.buffer) > 0)
 """
 
@@ -194,12 +199,15 @@ print(len(compiled.buffer) > 0)
 @compiled_only
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX locks files")
-def test_of_two_processes_that_need_a_kernel_at_once_one_compiles_it(tmp_path):
+@pytest.mark.parametrize("kind", ["entry", "kernel"])
+def test_of_two_processes_that_need_a_kernel_at_once_one_compiles_it(tmp_path, kind):
     toy(tmp_path)
     (tmp_path / "program.py").write_text(_TOGETHER)
     environment = {**os.environ, "TOLMC_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(SOURCES.parents[1])}
     processes = [
-        subprocess.Popen([sys.executable, "program.py", name], cwd=tmp_path, env=environment, stdout=subprocess.PIPE)
+        subprocess.Popen(
+            [sys.executable, "program.py", name, kind], cwd=tmp_path, env=environment, stdout=subprocess.PIPE
+        )
         for name in "ab"
     ]
     assert sorted(process.communicate()[0] for process in processes) == [b"False\n", b"True\n"]
@@ -242,23 +250,25 @@ def test_an_entry_found_on_disk_is_the_one_that_was_compiled(monkeypatch, tmp_pa
     found = code.kept_entry("doubled")
     assert code.is_kept("doubled") and found.head.sizes == {"rows": 6}
     doubled(found)
-    monkeypatch.setattr(jit.Entry, "_compiled", None)
+    monkeypatch.setattr(jit.LazyEntry, "_compiled", None)
     doubled(jit.entry(_doubled, "doubled", buffers=[6]))
     assert not list(tmp_path.glob("*.new"))
 
 
 @compiled_only
-@pytest.mark.parametrize("damage", ["cut", "changed", "emptied", "of another form"])
+@pytest.mark.parametrize("damage", ["cut", "changed", "emptied", "head changed", "of another form"])
 def test_a_file_that_is_not_what_was_written_is_compiled_anew(monkeypatch, tmp_path, damage):
     """Its code would be run as it is."""
     monkeypatch.setattr(kept, "CACHE", tmp_path)
     doubled(jit.entry(_doubled, "doubled", buffers=[6]))
     (file,) = tmp_path.glob("*.code")
     whole = file.read_bytes()
-    head, machine_code = whole.split(b"\n", 1)
+    digest, head, machine_code = whole.split(b"\n", 2)
+    other = head.replace(b"symbol", b"name") + b"\n" + machine_code
     file.write_bytes({
         "cut": whole[:-100], "changed": whole[:-100] + bytes(100), "emptied": b"",
-        "of another form": head.replace(b"symbol", b"name") + b"\n" + machine_code,
+        "head changed": digest + b"\n" + head.replace(b"[6]", b"[1]") + b"\n" + machine_code,
+        "of another form": code._digest(other) + b"\n" + other,
     }[damage])  # fmt: skip
     assert code.read("doubled") is None
     doubled(jit.entry(_doubled, "doubled", buffers=[6]))
@@ -274,6 +284,8 @@ def test_an_entry_whose_libraries_are_not_there_is_left_to_numba(monkeypatch, tm
     head, machine_code = code.read("doubled")
     code.keep("doubled", replace(head, needs=["sin", "no_such_function"]), machine_code)
     assert code.kept_entry("doubled") is None
+    doubled(jit.entry(_doubled, "doubled", buffers=[6]))  # which compiles it anew
+    assert code.read("doubled")[0].needs == []
     code.keep("doubled", replace(head, needs=["sin"]), machine_code)
     doubled(code.kept_entry("doubled"))
 
@@ -307,6 +319,67 @@ def test_what_others_write_wrongly_is_said_as_ever(monkeypatch):
 def test_a_disk_that_takes_nothing_costs_a_compilation_alone(monkeypatch, tmp_path):
     monkeypatch.setattr(kept, "CACHE", tmp_path / "gone")
     doubled(jit.entry(_doubled, "doubled", buffers=[6]))
+
+
+@compiled_only
+def test_what_could_not_be_written_whole_is_taken_away(monkeypatch, tmp_path):
+    def refuse(*_):
+        raise OSError
+
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
+    monkeypatch.setattr(code.os, "replace", refuse)
+    doubled(jit.entry(_doubled, "doubled", buffers=[6]))
+    assert [file.suffix for file in tmp_path.iterdir()] == [".lock"]
+
+
+@compiled_only
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such modes")
+def test_what_is_kept_can_be_read_by_whom_the_users_other_files_can(monkeypatch, tmp_path):
+    """A place of the cache may be many users'."""
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
+    before = os.umask(0o022)
+    try:
+        doubled(jit.entry(_doubled, "doubled", buffers=[6]))
+    finally:
+        os.umask(before)
+    (file,) = tmp_path.glob("*.code")
+    assert file.stat().st_mode & 0o777 == 0o644
+
+
+def test_an_argument_of_no_kind_is_said():
+    def template(x: Fraction):
+        """One of an entry that nobody can call."""
+
+    with pytest.raises(
+        TypeError, match=r"wrong: its template's arguments are annotated \['Fraction'\]; allowed, as text: int"
+    ):
+        jit.entry(template, "wrong")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX locks files")
+def test_waiting_for_another_process_is_told(monkeypatch, tmp_path):
+    """For whoever watches it is a compilation like any other."""
+    import fcntl
+
+    monkeypatch.setattr(kept, "CACHE", tmp_path)
+    told = []
+    with (tmp_path / "kernel.lock").open("ab") as held, notices.listening(told.append, lambda: told.append("ended")):
+        fcntl.flock(held, fcntl.LOCK_EX)
+        release = Timer(0.2, lambda: fcntl.flock(held, fcntl.LOCK_UN))
+        release.start()
+        with kept.no_other_process("kernel", lambda: notices.compiling("tolmc.kernels")):
+            assert told == ["tolmc.kernels", "ended"]
+        release.join()
+        with kept.no_other_process("kernel", lambda: notices.compiling("tolmc.kernels")):
+            assert told == ["tolmc.kernels", "ended"]
+
+
+@compiled_only
+def test_functions_of_no_module_are_compiled_as_ever():
+    made = {}
+    exec("def square(x):\n    return x * x", {}, made)
+    assert made["square"].__module__ is None
+    assert nb.njit(made["square"])(3.0) == 9.0
 
 
 _FROM_DISK = """

@@ -7,6 +7,7 @@ import pyarrow as pa
 import pytest
 from numba.extending import overload
 
+import tolmc.kernels.jit  # noqa: F401  # it passes on what Numba says
 from tolmc.runs import progress
 
 

@@ -10,13 +10,14 @@ import ctypes
 import hashlib
 import json
 import os
-import tempfile
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 import llvmlite.binding as llvm
 import numpy as np
@@ -24,6 +25,26 @@ import numpy as np
 from tolmc.kernels import kept
 
 _LINE = 64  # bytes of a cache line: a vector that straddles two costs two loads
+
+
+class _Kind(NamedTuple):
+    """What an argument is in a call, and of which array."""
+
+    words: tuple
+    dtype: type | None = None
+    dimensions: int = 0
+
+
+_ADDRESS, _WHOLE, _SIZE = ctypes.c_void_p, ctypes.c_int64, ctypes.c_ssize_t
+#: Kinds of arguments, as the templates' annotations have them.
+KINDS: Mapping[str, _Kind] = {
+    "int": _Kind((_WHOLE,)),
+    "float": _Kind((ctypes.c_double,)),
+    "bool": _Kind((ctypes.c_bool,)),
+    "Rows": _Kind((_ADDRESS,), np.float64, 1),
+    "Counts": _Kind((_ADDRESS,), np.int64, 1),
+    "Table": _Kind((_ADDRESS, _SIZE, _SIZE), np.float64, 2),
+}
 
 
 @dataclass(frozen=True)
@@ -64,7 +85,7 @@ def _file(name: str) -> Path | None:
 def is_kept(name: str) -> bool:
     """Whether an entry of this name is found on disk; also True where nothing can be kept there."""
     file = _file(name)
-    return file is None or file.exists()
+    return file is None or os.access(file, os.R_OK)
 
 
 def keep(name: str, head: Head, machine_code: bytes) -> None:
@@ -72,52 +93,59 @@ def keep(name: str, head: Head, machine_code: bytes) -> None:
     file = _file(name)
     if file is None:
         return
-    digest = hashlib.sha256(machine_code).hexdigest()
-    said = json.dumps([digest, asdict(head)]).encode()
-    with suppress(OSError):  # a disk that is full, or a folder that is gone, costs a compilation
-        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".new", delete=False) as new:
-            new.write(said + b"\n" + machine_code)
-        os.replace(new.name, file)
+    content = json.dumps(asdict(head)).encode() + b"\n" + machine_code
+    new = file.with_suffix(f".{os.getpid()}.{threading.get_ident()}.new")
+    try:
+        new.write_bytes(_digest(content) + b"\n" + content)
+        os.replace(new, file)
+    except OSError:  # a disk that is full, or a folder that is gone, costs a compilation
+        with suppress(OSError):
+            new.unlink(missing_ok=True)
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest().encode()
 
 
 def read(name: str) -> tuple[Head, bytes] | None:
-    """An entry from the disk; None where there is none, or not what has been written there."""
+    """An entry from the disk; None where there is none, or not what has been written there, or not what it calls."""
     file = _file(name)
     with suppress(OSError, ValueError, TypeError):
         if file is not None:
-            first, machine_code = file.read_bytes().split(b"\n", 1)
-            digest, head = json.loads(first)
-            if digest == hashlib.sha256(machine_code).hexdigest():
-                return Head(**head), machine_code
+            digest, content = file.read_bytes().split(b"\n", 1)
+            if digest == _digest(content):
+                said, machine_code = content.split(b"\n", 1)
+                head = Head(**json.loads(said))
+                return (head, machine_code) if all(map(_is_there, head.needs)) else None
     return None
+
+
+def _is_there(function: str) -> bool:
+    """Whether this process has such a function; libraries that Numba brings it has with Numba."""
+    _looks_around()
+    return llvm.address_of_symbol(function) is not None
+
+
+@cache
+def _looks_around() -> None:
+    """The first engine has LLVM look at all that the process has loaded."""
+    _engine()
 
 
 # Calls
 
-_ADDRESS, _WHOLE, _SIZE = ctypes.c_void_p, ctypes.c_int64, ctypes.c_ssize_t
-#: Kinds of arguments, as the templates' annotations have them, and what each is in a call.
-KINDS: Mapping[str, tuple] = {
-    "int": (_WHOLE,),
-    "float": (ctypes.c_double,),
-    "bool": (ctypes.c_bool,),
-    "Rows": (_ADDRESS,),
-    "Counts": (_ADDRESS,),
-    "Table": (_ADDRESS, _SIZE, _SIZE),
-}
-_ARRAYS = {"Rows": (np.float64, 1), "Counts": (np.int64, 1), "Table": (np.float64, 2)}
 
-
-def _of_array(array: np.ndarray, kind: str) -> tuple[int, ...]:
-    dtype, dimensions = _ARRAYS[kind]
-    if array.dtype != dtype or array.ndim != dimensions or not array.flags.c_contiguous:
+def _of_array(array: np.ndarray, kind: _Kind) -> tuple[int, ...]:
+    is_plain = isinstance(array, np.ndarray) and array.flags.c_contiguous
+    if not (is_plain and array.dtype == kind.dtype and array.ndim == kind.dimensions):
         raise TypeError(
-            f"an entry takes a contiguous array of {dimensions} dimension(s) of {dtype.__name__}, "
-            f"not one of {array.ndim} of {array.dtype}"
+            f"an entry takes a contiguous array of {kind.dimensions} dimension(s) of {np.dtype(kind.dtype)}, "
+            f"not {getattr(array, 'dtype', type(array))} in the shape {np.shape(array)}"
         )
-    return (array.ctypes.data, *array.shape) if kind == "Table" else (array.ctypes.data,)
+    return (array.ctypes.data, *array.shape) if array.ndim == 2 else (array.ctypes.data,)
 
 
-def _buffer(numbers: int, dtype: type) -> np.ndarray:
+def _buffer(numbers: int, dtype: type | None) -> np.ndarray:
     """An array that begins on a cache line."""
     whole: np.ndarray = np.empty(numbers + _LINE // 8, dtype)
     skip = -(whole.ctypes.data // 8) % (_LINE // 8)
@@ -126,8 +154,8 @@ def _buffer(numbers: int, dtype: type) -> np.ndarray:
 
 def buffers(head: Head) -> list[np.ndarray]:
     """What an entry works in, anew for each call."""
-    kinds = head.arguments[len(head.arguments) - len(head.buffers) :]
-    return [_buffer(numbers, _ARRAYS[kind][0]) for kind, numbers in zip(kinds, head.buffers, strict=True)]
+    kinds = [KINDS[kind] for kind in head.arguments[len(head.arguments) - len(head.buffers) :]]
+    return [_buffer(numbers, kind.dtype) for kind, numbers in zip(kinds, head.buffers, strict=True)]
 
 
 class Called:
@@ -135,16 +163,20 @@ class Called:
 
     def __init__(self, head: Head, machine_code: bytes) -> None:
         self.head, self._keeps_code = head, _loaded(machine_code)
-        types = chain.from_iterable(KINDS[kind] for kind in head.arguments)
+        self._kinds = [KINDS[kind] for kind in head.arguments]
+        types = chain.from_iterable(kind.words for kind in self._kinds)
         # Numba's convention: places for the result and for an error, and 0 where all went well.
         prototype = ctypes.CFUNCTYPE(ctypes.c_int32, _ADDRESS, _ADDRESS, *types)
-        self._function: Callable = prototype(self._keeps_code.get_function_address(head.symbol))
+        address = self._keeps_code.get_function_address(head.symbol)
+        if not address:
+            raise RuntimeError(f"there is no {head.symbol} in its machine code")
+        self._function: Callable = prototype(address)
 
     def __call__(self, *arguments) -> None:
         arguments = (*arguments, *buffers(self.head))
         words: list = []
-        for kind, argument in zip(self.head.arguments, arguments, strict=True):
-            words += _of_array(argument, kind) if kind in _ARRAYS else (argument,)
+        for kind, argument in zip(self._kinds, arguments, strict=True):
+            words += _of_array(argument, kind) if kind.dtype else (argument,)
         nothing = (ctypes.c_void_p * 2)()
         if self._function(ctypes.addressof(nothing), ctypes.addressof(nothing) + 8, *words):
             raise RuntimeError(f"{self.head.symbol} has failed")  # no entry raises
@@ -161,15 +193,8 @@ def _loaded(machine_code: bytes):
 def _engine():
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
+    machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(jit=True)
     return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-
-
-@cache
-def _is_there(function: str) -> bool:
-    """Whether this process has such a function; libraries that Numba brings it has with Numba."""
-    _engine()  # the first one has LLVM look at all that is loaded
-    return llvm.address_of_symbol(function) is not None
 
 
 def kept_entry(name: str) -> Called | None:
@@ -177,6 +202,4 @@ def kept_entry(name: str) -> Called | None:
     if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
         return None
     found = read(name)
-    if found is None or not all(map(_is_there, found[0].needs)):
-        return None
-    return Called(*found)
+    return None if found is None else Called(*found)

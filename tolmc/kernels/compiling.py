@@ -20,7 +20,7 @@ from numba.core.typing.context import Context
 from numba.core.untyped_passes import GenericRewrites
 from numba.extending import models, register_model
 
-from tolmc.kernels.linking import Entry, Kernel, Piece, by_compiled_code_alone
+from tolmc.kernels.linking import Alone, Kernel, Piece, by_compiled_code_alone
 
 #: Passes for what no piece has: closures within, contexts, raised errors, loops over tuples of several types, expressions of
 #: whole arrays, overloads to be inlined; and those that write for people. After each Numba analyses anew.
@@ -199,7 +199,7 @@ class EntryCompiler(PieceCompiler):
     """Compiler of kernels that Python calls by their address."""
 
     def _library(self) -> JITCodeLibrary:
-        return Entry(self.state.targetctx.codegen(), "entry")
+        return Alone(self.state.targetctx.codegen(), "entry")
 
 
 class KernelCompiler(_Compiler):

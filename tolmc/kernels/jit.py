@@ -18,9 +18,8 @@ from numba.core import event
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
 
-from tolmc.kernels import bare, code, compilation, kept
+from tolmc.kernels import bare, code, kept, notices
 from tolmc.kernels.code import Head
-from tolmc.kernels.compilation import compiling
 from tolmc.kernels.compiling import EntryCompiler, KernelCompiler, PieceCompiler
 
 # Never nnan or ninf: a diverged lane must stay recognisable as NaN.
@@ -114,7 +113,7 @@ def _alone(function: FunctionType) -> Iterator[None]:
     with (
         global_compiler_lock,
         kept.no_other_process(
-            f"{function.__module__}.{function.__qualname__}", partial(compiling, function.__module__)
+            f"{function.__module__}.{function.__qualname__}", partial(notices.compiling, function.__module__)
         ),
         _collecting_rarely(),
     ):
@@ -126,15 +125,15 @@ class _Told(event.Listener):
 
     def on_start(self, event: event.Event) -> None:
         if self._is_ours(event):
-            compilation.begin(event.data["dispatcher"].py_func.__module__)
+            notices.begin(event.data["dispatcher"].py_func.__module__)
 
     def on_end(self, event: event.Event) -> None:
         if self._is_ours(event):
-            compilation.end()
+            notices.end()
 
     @staticmethod
     def _is_ours(event: event.Event) -> bool:
-        return event.data["dispatcher"].py_func.__module__.startswith("tolmc.")
+        return (event.data["dispatcher"].py_func.__module__ or "").startswith("tolmc.")
 
 
 event.register("numba:compile", _Told())
@@ -173,11 +172,11 @@ _TYPES = {
 }  # fmt: skip
 
 
-class Entry:
+class LazyEntry:
     """A function of numbers and arrays for Python alone: compiled when it is called, or found on disk.
 
-    ``template``: its arguments are of the kinds that its annotations say, the last of them the ``buffers`` that it works in,
-    which its callers leave out.
+    ``template``: its arguments are of the kinds that its annotations say, as text (``from __future__ import annotations``), the
+    last of them the ``buffers`` that it works in, which its callers leave out.
     """
 
     def __init__(
@@ -185,6 +184,9 @@ class Entry:
     ) -> None:
         self.__name__, self._function = name, function
         kinds = [kind for argument, kind in template.__annotations__.items() if argument != "return"]
+        if not set(kinds) <= set(code.KINDS):
+            allowed = ", ".join(code.KINDS)
+            raise TypeError(f"{name}: its template's arguments are annotated {kinds}; allowed, as text: {allowed}")
         self.head = Head("", kinds, buffers, sizes, ())
         self._called: Callable | None = None
 
@@ -211,11 +213,11 @@ class Entry:
 def entry(
     template: Callable, name: str, *, buffers: Sequence[int] = (), sizes: Mapping[str, int] | None = None, **parts
 ):
-    """An :class:`Entry` named ``name``: the function ``template``, ``parts`` in place of its module's names.
+    """A :class:`LazyEntry` named ``name``: the function ``template``, ``parts`` in place of its module's names.
 
     On disk it is known by its name alone, for what stands behind it is sources, whose hash the cache's place carries.
     """
-    return Entry(name, template, _filled(template, name, parts), buffers, sizes or {})
+    return LazyEntry(name, template, _filled(template, name, parts), buffers, sizes or {})
 
 
 def piece(template: Callable, name: str, **parts):

@@ -9,7 +9,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 _HERE = Path(__file__).parent
@@ -18,10 +18,19 @@ _INSTALLED = {"site-packages", "dist-packages"}
 
 def source_hash(folder: Path = _HERE) -> str:
     """Hash of every kernel source in ``folder`` and the folders below it, and of the compiler's version."""
-    digest = hashlib.sha256(version("numba").encode())
+    digest = hashlib.sha256(_compiler().encode())
     for path in sorted(folder.rglob("*.py")):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
+
+
+def _compiler() -> str:
+    try:
+        return version("numba")
+    except PackageNotFoundError:  # packed into one program, without what pip writes of it
+        import numba
+
+        return numba.__version__
 
 
 def cache_directory() -> Path | None:
@@ -74,6 +83,7 @@ def _takes_files(folder: Path) -> bool:
         return False
 
 
+#: The place, found once; None where nothing can be kept.
 CACHE = cache_directory()
 
 

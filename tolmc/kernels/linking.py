@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from llvmlite.binding import Linkage, ModuleRef
+from llvmlite.binding import Linkage, ModuleRef, create_new_module_pass_manager
 from llvmlite.ir import DoubleType, Function, IntType, Module
 from numba._dynfunc import make_function
 from numba.core.codegen import JITCodeLibrary
@@ -127,7 +127,7 @@ class Kernel(_Library):
         super()._optimize_final_module()
 
 
-class Entry(Kernel):
+class Alone(Kernel):
     """A kernel that Python alone calls, by its address: nothing of it is Numba's to load."""
 
     def _finalize_final_module(self) -> None:
@@ -136,6 +136,9 @@ class Entry(Kernel):
     def machine_code(self) -> tuple[bytes, list[str]]:
         """It, and the functions of the system's libraries that it calls."""
         self._ensure_finalized()
+        passes = create_new_module_pass_manager()
+        passes.add_strip_dead_prototype_pass()
+        passes.run(self._final_module, self._codegen._pass_builder())
         functions = self._final_module.functions
         needs = [one.name for one in functions if one.is_declaration and not one.name.startswith("llvm.")]
         return self._codegen._tm.emit_object(self._final_module), needs

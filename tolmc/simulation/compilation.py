@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 
-from tolmc.kernels.compilation import listening
+from tolmc.kernels.notices import listening
 
 # How long that takes at first; the one-sided kernels are the longest.
 _WORDS = "compiling kernels, once, about {}"
