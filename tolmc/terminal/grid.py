@@ -50,14 +50,17 @@ class Grid:
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[RichTable]:
         part = [0]
         for column in range(1, len(self.table.header)):
-            if len(part) > 1 and self._width([*part, column], console, options) > options.max_width:
+            if len(part) > 1 and not self._fits([*part, column], console, options):
                 yield self._part(part)
                 part = [0]
             part.append(column)
         yield self._part(part)
 
-    def _width(self, part: Sequence[int], console: Console, options: ConsoleOptions) -> int:
-        return Measurement.get(console, options.update(width=_UNLIMITED), self._part(part)).maximum
+    def _fits(self, part: Sequence[int], console: Console, options: ConsoleOptions) -> bool:
+        if options.max_width >= _UNLIMITED:  # to measure a run's tables takes as long as to print them
+            return True
+        width = Measurement.get(console, options.update(width=_UNLIMITED), self._part(part)).maximum
+        return width <= options.max_width
 
     def _part(self, part: Sequence[int]) -> RichTable:
         title = Text(self.table.title, style="bold") if 1 in part or len(self.table.header) == 1 else None
