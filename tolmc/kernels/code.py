@@ -159,7 +159,11 @@ def buffers(head: Head) -> list[np.ndarray]:
 
 
 class Called:
-    """An entry as a function of numbers and arrays, which runs without the interpreter lock."""
+    """An entry as a function of numbers and arrays, which runs without the interpreter lock.
+
+    It takes what its head's arguments say, but for the buffers: numbers, and contiguous arrays of float64 or int64, of one or
+    two dimensions. TypeError for any other array, which would be read as what it is not.
+    """
 
     def __init__(self, head: Head, machine_code: bytes) -> None:
         self.head, self._keeps_code = head, _loaded(machine_code)

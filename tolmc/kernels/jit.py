@@ -152,8 +152,9 @@ def _compiled_by_one(dispatcher):
 
 
 def kernel(function):
-    """A function for Python and for other kernels: compiled once, cached on disk where there is a place, runs without the
-    interpreter lock.
+    """A function for Python and for other kernels, compiled once; it runs without the interpreter lock.
+
+    Numba keeps it on disk where there is a place.
     """
     if kept.CACHE is None:
         return nb.njit(pipeline_class=KernelCompiler, **_OPTIONS)(function)
